@@ -1,6 +1,6 @@
 """The syntax tree: one frozen dataclass per rule of `scene.lark`, each with the span of text it came from.
 
-To add a node: one class here, one rule in `scene.lark`, one method in `parse.py`, one in `print.py`.
+To add a node: one class here, one rule in `scene.lark`, one method in `parser.py`, one in `printer.py`.
 Two trees are equal when they mean the same: spans take no part in the comparison.
 """
 

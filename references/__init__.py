@@ -46,10 +46,10 @@ Importing this package imports neither numpy nor scipy: naming a reference costs
 from __future__ import annotations
 
 from softmark.references.cattaneo_mindlin import CattaneoMindlin
-from softmark.references.confined import Confined
-from softmark.references.consensus import Consensus, ConsensusCurve
+from softmark.references.code_consensus import Consensus, ConsensusCurve
+from softmark.references.confined_compression import Confined
+from softmark.references.contact_patch_test import PatchTest
 from softmark.references.ct_volume import CtVolume
-from softmark.references.curve import CurveInTable
 from softmark.references.dimitriadis import Dimitriadis
 from softmark.references.elastica import Elastica
 from softmark.references.frame_theory import FrameTheory
@@ -57,24 +57,24 @@ from softmark.references.goodier import Goodier
 from softmark.references.graded_bar import GradedBar
 from softmark.references.hertz import Hertz
 from softmark.references.hertz_line import HertzLine
-from softmark.references.inflation import Inflation
 from softmark.references.kirsch import Kirsch
+from softmark.references.layer_indentation import PressedLayer
 from softmark.references.mandel import Mandel
-from softmark.references.markers import TrackedPoints
-from softmark.references.patch_test import PatchTest
-from softmark.references.pressed_layer import PressedLayer
+from softmark.references.measured_curve import CurveInTable
+from softmark.references.measured_surface import SurfaceScan
 from softmark.references.prony import Prony
+from softmark.references.published_values import Values
+from softmark.references.rubber_inflation import Inflation
+from softmark.references.rubber_torsion import Torsion
 from softmark.references.rucker_webster import RuckerWebster
 from softmark.references.self_converged import SelfConverged
 from softmark.references.signorini import Signorini
 from softmark.references.simo_reissner import SimoReissner
 from softmark.references.small_deflection import SmallDeflection
 from softmark.references.sneddon import Sneddon
-from softmark.references.surface import SurfaceScan
 from softmark.references.terzaghi import Terzaghi
-from softmark.references.torsion import Torsion
-from softmark.references.unconfined import Unconfined
-from softmark.references.values import Values
+from softmark.references.tracked_points import TrackedPoints
+from softmark.references.unconfined_compression import Unconfined
 from softmark.references.virtual_scan import VirtualScan
 
 REFERENCES: dict[str, type] = {

@@ -6,19 +6,19 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.half_space import SamePlace
-from softmark.references.reference import About, Reference
+from softmark.references.half_space_indentation import SamePlace
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Refused, Vector
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.references.pressed import Pressed
+    from softmark.references.indentation import Pressed
 
     Array = NDArray[np.float64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from softmark.records import dataclass
-from softmark.references.data import find, source_of
-from softmark.references.measured import Frame, MeasuredSurface, Unreadable, Vector
-from softmark.references.reference import How, Reference
-from softmark.references.smoothing import taubin
-from softmark.references.surface import tidied
-from softmark.references.volumes import VoxelVolume, imported, read_volume
+from softmark.references.data_download import find, source_of
+from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
+from softmark.references.measured_surface import tidied
+from softmark.references.reference_base import How, Reference
+from softmark.references.surface_smoothing import taubin
+from softmark.references.voxel_files import VoxelVolume, imported, read_volume
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Ints = NDArray[np.int64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 
 @dataclass(frozen=True)

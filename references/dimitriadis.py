@@ -6,12 +6,12 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused
-from softmark.references.half_space import SamePlace
-from softmark.references.reference import About, Reference
+from softmark.references.half_space_indentation import SamePlace
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Refused
 
 if TYPE_CHECKING:
-    from softmark.references.pressed import Pressed
+    from softmark.references.indentation import Pressed
 
 BONDED = (1.0, 1.133, 1.283, 0.769, 0.0975)
 SLIDING = (1.0, 0.884, 0.781, 0.386, 0.0048)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Cantilever
-from softmark.references.centre_line import CentreLine
-from softmark.references.collocation import bend
-from softmark.references.reference import Reference
+from softmark.references.beam_centre_line import CentreLine
+from softmark.references.elastica_collocation import bend
+from softmark.references.reference_base import Reference
+from softmark.references.straight_cantilever import Cantilever
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 
 @dataclass(frozen=True)

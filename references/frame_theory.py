@@ -7,9 +7,9 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.centre_line import points_of
-from softmark.references.reference import About, Reference
+from softmark.references.beam_centre_line import points_of
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Refused, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Of = Callable[[Array], Array]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 PLACES, FEW = 24, 4  # of Gauss's rules: for 1 / C, and for loads, which go with areas at most
 SMALL = 0.1  # turns, and axial forces against those that buckle: a state beyond is not one of small loads

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.centre_line import points_of
-from softmark.references.reference import About, Reference
+from softmark.references.beam_centre_line import points_of
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Refused, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 Along = Callable[["Array"], "Array"]  # a constant at distances s (n,) from the held end, m
 

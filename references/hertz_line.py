@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused
-from softmark.references.reference import About, Reference
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Refused
 
 if TYPE_CHECKING:
+    from softmark.references.indentation import Pressed
     from softmark.references.line_contact import LineContact
-    from softmark.references.pressed import Pressed
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference import About, Reference
+from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
-    from softmark.references.round_core import RoundCore
+    from softmark.references.inclusion import RoundCore
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.half_space import Surroundings
-from softmark.references.layer import FARTHEST, THINNEST, stiffened
-from softmark.references.pressed import WIDE, Pressed, must_be_far
+from softmark.references.half_space_indentation import Surroundings
+from softmark.references.indentation import WIDE, Pressed, must_be_far
+from softmark.references.layer_integral_equation import FARTHEST, THINNEST, stiffened
+from softmark.references.straight_cantilever import Refused, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 TERMS = 12  # of the even polynomial
 POINTS = 48  # of the rule for what is smooth

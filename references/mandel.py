@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.modes import must_be_told
-from softmark.references.reference import About, Reference
+from softmark.references.diffusion_modes import must_be_told
+from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
-    from softmark.references.between_plates import Squeezed
+    from softmark.references.poroelastic_compression import Squeezed
 
 
 @dataclass(frozen=True)

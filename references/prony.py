@@ -10,9 +10,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.centre_line import points_of
-from softmark.references.reference import About, Reference
+from softmark.references.beam_centre_line import points_of
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Refused, Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 ROUNDING = 1e-12  # relative, of a displacement: poles are roots of a polynomial
 POLISHED = 3  # times: roots of a polynomial whose rates lie far apart are known to few digits

@@ -15,8 +15,8 @@ from dataclasses import field
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.references.measured import Residual
-from softmark.references.surfaces import SearchedSurface, area_centroid, area_vectors
+from softmark.references.measured_data import Residual
+from softmark.references.surface_geometry import SearchedSurface, area_centroid, area_vectors
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Ints = NDArray[np.int64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 STEPS = 100
 TOLERANCE = 1e-12  # of the extent: what a last step may move

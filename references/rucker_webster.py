@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference import About, Reference
+from softmark.references.reference_base import About, Reference
 
 if TYPE_CHECKING:
-    from softmark.references.driven_rod import DrivenRod, DrivenShape
+    from softmark.references.tendon_driven_rod import DrivenRod, DrivenShape
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,6 @@ class RuckerWebster(Reference):
 
     def solve(self, rod: DrivenRod) -> DrivenShape:
         """The rod at rest. Raises Refused, and NotSolved where no step of the load leads on."""
-        from softmark.references.driven_rod import driven
+        from softmark.references.tendon_driven_rod import driven
 
         return driven(rod)

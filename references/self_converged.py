@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.reference import How, Reference
+from softmark.references.reference_base import How, Reference
 
 
 @dataclass(frozen=True)

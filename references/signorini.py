@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Vector
-from softmark.references.centre_line import points_of
-from softmark.references.reference import About, Reference
+from softmark.references.beam_centre_line import points_of
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 
 @dataclass(frozen=True)

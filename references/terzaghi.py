@@ -6,11 +6,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.records import dataclass
-from softmark.references.cantilever import Vector
-from softmark.references.centre_line import points_of
-from softmark.references.modes import Followed, enough, must_be_told
+from softmark.references.beam_centre_line import points_of
+from softmark.references.diffusion_modes import Followed, enough, must_be_told
 from softmark.references.prony import Driven
-from softmark.references.reference import About, Reference
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Vector
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 ROUNDING = 1e-13  # relative, of sums of modes
 Drains = Literal["driven", "held", "both"]  # which ends are open

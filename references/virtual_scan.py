@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
 from softmark.references.ct_volume import isosurface
-from softmark.references.measured import MeasuredSurface, Unreadable, Vector
-from softmark.references.reference import How, Reference
-from softmark.references.surfaces import SearchedSurface, open_edges, signed_volume, vertex_normals
-from softmark.references.volumes import VoxelVolume
+from softmark.references.measured_data import MeasuredSurface, Unreadable, Vector
+from softmark.references.reference_base import How, Reference
+from softmark.references.surface_geometry import SearchedSurface, open_edges, signed_volume, vertex_normals
+from softmark.references.voxel_files import VoxelVolume
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Ints = NDArray[np.int64]
 else:
-    from softmark.references.deferred import np
+    from softmark.references.lazy_imports import np
 
 NAME = "virtual_scan"
 RAYS = 4

@@ -33,41 +33,41 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than this
 if TYPE_CHECKING:
     from typing import Any
 
-    from softmark.solvers.alone.answers import AtRest as AtRest
-    from softmark.solvers.alone.answers import InMotion as InMotion
-    from softmark.solvers.alone.answers import equilibrium as equilibrium
-    from softmark.solvers.alone.answers import march as march
-    from softmark.solvers.alone.loads import gravity as gravity
-    from softmark.solvers.alone.loads import pressure as pressure
-    from softmark.solvers.alone.loads import traction as traction
-    from softmark.solvers.alone.solid import Solid as Solid
-    from softmark.solvers.alone.solid import material as material
-    from softmark.solvers.alone.supports import Clamp as Clamp
-    from softmark.solvers.alone.supports import clamp as clamp
-    from softmark.solvers.mesh.files.reading import read as read
+    from softmark.solvers.api.analyses import AtRest as AtRest
+    from softmark.solvers.api.analyses import InMotion as InMotion
+    from softmark.solvers.api.analyses import equilibrium as equilibrium
+    from softmark.solvers.api.analyses import march as march
+    from softmark.solvers.api.elastic_solid import Solid as Solid
+    from softmark.solvers.api.elastic_solid import material as material
+    from softmark.solvers.api.solid_loads import gravity as gravity
+    from softmark.solvers.api.solid_loads import pressure as pressure
+    from softmark.solvers.api.solid_loads import traction as traction
+    from softmark.solvers.api.solid_supports import Clamp as Clamp
+    from softmark.solvers.api.solid_supports import clamp as clamp
+    from softmark.solvers.mesh.files.mesh_reader import read as read
     from softmark.solvers.mesh.mesh import Mesh as Mesh
     from softmark.solvers.mesh.shapes import Box as Box
     from softmark.solvers.mesh.shapes import Cylinder as Cylinder
-    from softmark.solvers.statics.problem import NotConverged as NotConverged
+    from softmark.solvers.statics.static_problem import NotConverged as NotConverged
 
 # where each public name comes from
 _PUBLIC = {
     "Box": "mesh.shapes",
     "Cylinder": "mesh.shapes",
     "Mesh": "mesh.mesh",
-    "read": "mesh.files.reading",
-    "material": "alone.solid",
-    "Solid": "alone.solid",
-    "clamp": "alone.supports",
-    "Clamp": "alone.supports",
-    "gravity": "alone.loads",
-    "pressure": "alone.loads",
-    "traction": "alone.loads",
-    "equilibrium": "alone.answers",
-    "AtRest": "alone.answers",
-    "march": "alone.answers",
-    "InMotion": "alone.answers",
-    "NotConverged": "statics.problem",
+    "read": "mesh.files.mesh_reader",
+    "material": "api.elastic_solid",
+    "Solid": "api.elastic_solid",
+    "clamp": "api.solid_supports",
+    "Clamp": "api.solid_supports",
+    "gravity": "api.solid_loads",
+    "pressure": "api.solid_loads",
+    "traction": "api.solid_loads",
+    "equilibrium": "api.analyses",
+    "AtRest": "api.analyses",
+    "march": "api.analyses",
+    "InMotion": "api.analyses",
+    "NotConverged": "statics.static_problem",
 }
 
 

@@ -175,7 +175,7 @@ def _measured_data() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def needs_data(_measured_data: None) -> Callable[[str], None]:
     """Skip the test unless every data set that a scene's text names is on this machine, and the mesher if it fills."""
-    from softmark.references.data import here
+    from softmark.references.data_download import here
 
     def needs(text: str) -> None:
         for name in sorted(set(re.findall(r'"data:([^"]+)"', text))):

@@ -15,8 +15,8 @@ import pytest
 import softmark
 from softmark.grammar.diagnostic import Source, render
 from softmark.interpreter.cli.main import COMMANDS
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.validation.scene_loader import checked
 from softmark.scenes import ROOT
 
 HERE = Path(__file__).parents[1]

@@ -14,44 +14,50 @@ from statements import statements
 ROOT = Path(__file__).parents[1]
 ROOMS = {
     "interpreter": [
-        "results", "language", "vocabulary", "problem", "metrics", "plan", "models",
-        "front", "evidence", "run", "study", "report", "exchange", "dictionary", "editor", "pages", "face", "cli",
+        "results", "language", "vocabulary", "problem", "metrics", "planning",
+        "models",
+        "validation", "verification", "pipeline", "study", "report", "importers", "help", "language_server",
+        "documentation", "api", "cli",
     ],
     "solvers": [
-        "base", "materials", "elements", "mesh", "energies", "sparse",
-        "assembly", "contact", "stresses", "linear", "statics", "dynamics", "reduced", "checks", "alone",
+        "runtime", "materials", "elements", "mesh", "energies", "sparse",
+        "assembly", "contact", "stress_recovery", "linear", "statics", "dynamics", "model_reduction",
+        "independent_forces", "api",
     ],
 }  # fmt: skip
 ENTRANCE = {"softmark.interpreter", "softmark.interpreter.__main__", "softmark.solvers"}
 # What reads a scene, and what a model of finite elements says, are classes that know each other: types alone.
 KNOWN_BY_TYPE = [
-    {f"softmark.interpreter.language.{m}" for m in ("calls", "compile", "expectations", "forms", "sweeps")},
-    {f"softmark.interpreter.models.fem.{m}" for m in ("formulations", "levers", "words")},
-    {f"softmark.solvers.statics.{m}" for m in ("friction", "hardened", "newton")},
+    {
+        f"softmark.interpreter.language.{m}"
+        for m in ("call_binding", "compiler", "expectation_conditions", "field_parsers", "sweep_values")
+    },
+    {f"softmark.interpreter.models.fem.{m}" for m in ("element_formulations", "solver_options", "fem_declaration")},
+    {f"softmark.solvers.statics.{m}" for m in ("friction_iteration", "barrier_stiffness_ramp", "static_newton")},
     {
         f"softmark.solvers.dynamics.{m}"
         for m in [
+            "critical_time_step",
             "damping",
-            "forces",
-            "frequencies",
-            "impact",
-            "lagged",
-            "newton",
-            "problem",
-            "scheme",
-            "system",
-            "trapezoidal",
+            "dynamic_contact",
+            "dynamic_forces",
+            "dynamic_problem",
+            "implicit_newton",
+            "implicit_step",
+            "integrator",
+            "lagged_tangent",
+            "trapezoidal_rule",
         ]
     }
-    | {"softmark.solvers.dynamics.turning"},
+    | {"softmark.solvers.dynamics.rotational_inertia"},
 ]
 LONGEST = 500  # lines of a file
 MOST = 15  # modules of a folder that has no folders within
 MANY = {  # and why
     "interpreter/language": "a step of reading is a file",
-    "interpreter/front": "what cannot be, of one kind of thing, is a file",
+    "interpreter/validation": "what cannot be, of one kind of thing, is a file",
     "interpreter/metrics": "a metric is a file",
-    "interpreter/models/outside/adapters": "a program is a file",
+    "interpreter/models/external/adapters": "a program is a file",
     "interpreter/models/shared": "what models of all kinds do with one thing, a load or a support, is a file",
     "interpreter/cli/commands": "a command is a file, and what they share is beside them",
     "interpreter/report/run/tables": "a section of numbers is a file, and what they share is beside them",

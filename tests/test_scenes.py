@@ -10,12 +10,12 @@ from library import loaded
 
 import softmark
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse import parse
-from softmark.grammar.print import format_source
+from softmark.grammar.parser import parse
+from softmark.grammar.printer import format_source
 from softmark.grammar.tree import Expect
-from softmark.interpreter.models.outside.words import Outside
-from softmark.interpreter.plan.plan import plan_of
-from softmark.interpreter.results.states import ANSWERED, LEFT_OUT
+from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.planning.run_plan import plan_of
+from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
 from softmark.scenes import ROOT
 
 ALL = sorted(ROOT.rglob("*.scene"))

@@ -13,9 +13,9 @@ import pytest
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.cli.conformance.plugin import conformance
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.front.plugins import TABLES
+from softmark.interpreter.cli.conformance.plugin_contracts import conformance
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.validation.plugin_loader import TABLES
 from softmark.solvers.materials import MATERIALS
 
 ROOT = Path(__file__).parents[1]
@@ -58,19 +58,20 @@ def test_tests_that_it_runs_are_there(named: str) -> None:
 
 def test_the_way_from_a_text_to_its_report_is_one_short_function() -> None:
     """The goal is 40 lines at most, docstring included; the steps are called there and nowhere else."""
-    file = ROOT / "interpreter" / "run" / "pipeline.py"
+    file = ROOT / "interpreter" / "pipeline" / "run_pipeline.py"
     tree = ast.parse(file.read_text(encoding="utf-8"))
     way = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == "report_of")
     assert (way.end_lineno or 0) - way.lineno + 1 <= 40
     called = [ast.unparse(n.func) for n in ast.walk(way) if isinstance(n, ast.Call)]
-    steps = ("sound_of", "plan_of", "references.read", "probes.place", "models.prepare", "references.solve",
-             "models.solve", "references.scan", "models.state", "reports.finished")  # fmt: skip
+    steps = ("sound_of", "plan_of", "reference_runs.read", "probe_sampling.place", "model_runs.prepare",
+             "reference_runs.solve", "model_runs.solve", "reference_runs.scan", "model_runs.state",
+             "report_assembly.finished")  # fmt: skip
     assert [n for n in called if n in steps] == sorted(steps, key=called.index)
     assert set(steps) <= set(called)
 
 
 def test_methods_that_it_names_are_there() -> None:
-    newton = (ROOT / "solvers" / "statics" / "newton.py").read_text(encoding="utf-8")
+    newton = (ROOT / "solvers" / "statics" / "static_newton.py").read_text(encoding="utf-8")
     assert all(f"def {name}(" in newton for name in ("_decrease", "_armijo"))
 
 

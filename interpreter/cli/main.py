@@ -19,22 +19,22 @@ from collections.abc import Sequence  # noqa: E402
 from contextlib import suppress  # noqa: E402
 
 from softmark import pausing  # noqa: E402
-from softmark.interpreter.cli import signals  # noqa: E402
+from softmark.interpreter.cli import exit_signals  # noqa: E402
 
 COMMANDS: dict[str, tuple[str, str]] = {  # name: (module below softmark.interpreter.cli.commands, summary)
     "check": ("check", "parse, resolve, check dimensions and applicability; run nothing"),
     "plan": ("plan", "show what would be built, and which line asks for it"),
     "run": ("run", "run a scene and write its report"),
-    "serve-report": ("serving", "serve a report to a browser of this machine; it is loaded again when it changes"),
+    "serve-report": ("serve_report", "serve a report to a browser of this machine; it is loaded again when it changes"),
     "compare": ("compare", "compare models and settings: error, time, the Pareto front, a recommendation"),
     "judge": ("judge", "judge results that other programs have written, as models of a scene"),
-    "import": ("importing", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
-    "stress": ("stress", "walk every model to its edges: where it stops being right, and whether it says so"),
+    "import": ("import_deck", "make a scene of another program's mesh or deck; what it does not carry over is listed"),
+    "stress": ("robustness", "walk every model to its edges: where it stops being right, and whether it says so"),
     "export": ("export", "write models as files for another program, with an exam sheet"),
     "conformance": ("conformance", "put somebody's plugin through the contracts of its words"),
     "board": ("board", "put every model on every case of a suite: a matrix, profiles, fronts, as a site"),
     "explain": ("explain", "explain a word of the language or a diagnostic code"),
-    "list": ("listing", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
+    "list": ("list_words", "list models, materials, references, metrics, shapes, scenes, codes, ..."),
     "new": ("new", "print a commented starter scene"),
     "docs": ("docs", "open the documentation: tutorial, reference, gallery; no network"),
     "fmt": ("fmt", "rewrite scenes in canonical form"),
@@ -51,12 +51,12 @@ COMPUTING = frozenset(
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the value is the exit status."""
     if argv is None:  # a process of our own, and not a call from Python
-        signals.guard()
+        exit_signals.guard()
         pausing.begin()
         os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", IDLE)
     arguments = list(sys.argv[1:] if argv is None else argv)
     status = _guarded(arguments)
-    signals.unguard()
+    exit_signals.unguard()
     return status
 
 
@@ -75,7 +75,7 @@ def _guarded(arguments: list[str]) -> int:
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        if said := signals.spent(error):
+        if said := exit_signals.spent(error):
             _silenced()
             print(f"error: {said}", file=sys.stderr)
             return 3
@@ -92,7 +92,7 @@ def _guarded(arguments: list[str]) -> int:
 
 def _of_another(error: Exception) -> str | None:
     """What is said where a plugin failed in a place that no model or metric stands for."""
-    plugins = sys.modules.get("softmark.interpreter.language.plugins")
+    plugins = sys.modules.get("softmark.interpreter.language.plugin_words")
     said = plugins.blamed(error) if plugins else None
     return f"{said}\n`dsl conformance` tries all of a plugin." if said else None
 
@@ -123,7 +123,7 @@ def _dispatch(arguments: list[str]) -> int:
     name = next((a for a in arguments if not a.startswith("-")), None)
     if name not in COMMANDS or arguments[0] in ("-h", "--help"):
         return _help(arguments, name)
-    if name in COMPUTING and (said := signals.cramped()):
+    if name in COMPUTING and (said := exit_signals.cramped()):
         print(f"error: {said}", file=sys.stderr)
         return 3
     import argparse
@@ -144,7 +144,7 @@ def _help(arguments: list[str], name: str | None) -> int:
     wanted = not arguments or arguments[0] in ("-h", "--help", "help")
     if name is not None and not wanted:
         from softmark.grammar.diagnostic import visible
-        from softmark.grammar.suggest import nearest
+        from softmark.grammar.name_suggestions import nearest
 
         close = nearest(name, COMMANDS)
         hint = f"did you mean `dsl {close}`?" if close else "`dsl --help` lists the commands"

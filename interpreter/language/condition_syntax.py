@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from softmark.grammar import layout, tree
+from softmark.grammar import source_layout, tree
 from softmark.grammar.diagnostic import Fix, Remedy
-from softmark.interpreter.language import quotients, units
-from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.language.expressions import COORDINATES, PREDEFINED, Evaluator, Quantity, describe
+from softmark.interpreter.language import quotient_warnings, units
+from softmark.interpreter.language.coordinate_conditions import Condition, Term
+from softmark.interpreter.language.expression_evaluation import COORDINATES, PREDEFINED, Evaluator, Quantity, describe
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 EXPONENTS = (2.0, 3.0, 4.0)
@@ -44,7 +44,7 @@ def said(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name
     names = [n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED]
     regions = {name.text: found.said for name in names if isinstance(found := named(name), Condition)}
     values = {name.text: repr(evaluator.lookup(name)) for name in names if name.text not in regions}
-    return "; ".join((layout.flat(node), *(f"{name} = {value}" for name, value in (values | regions).items())))
+    return "; ".join((source_layout.flat(node), *(f"{name} = {value}" for name, value in (values | regions).items())))
 
 
 def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
@@ -61,7 +61,7 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
             found, due, right = units.named(db), units.named(da), node.operands[i + 1]
             raise evaluator.place.fail(
                 "E204", right.span, f"expected {due}, found {found}", found,
-                quotients.remedy(right, evaluator.place.source.text, db, da)
+                quotient_warnings.remedy(right, evaluator.place.source.text, db, da)
                 or f"both sides of `{operator}` have the same dimension: give {due} in {units.usual(da)}",
             )  # fmt: skip
         if abs(da[0]) > HIGHEST:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from softmark.grammar import layout, tree
+from softmark.grammar import source_layout, tree
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expressions import (
+from softmark.interpreter.language.compiled_scene import Location
+from softmark.interpreter.language.expression_evaluation import (
     COORDINATES,
     PREDEFINED,
     Evaluator,
@@ -14,9 +15,8 @@ from softmark.interpreter.language.expressions import (
     describe,
     words,
 )
-from softmark.interpreter.language.profiles import Node, Profile, constant
-from softmark.interpreter.language.scene import Location
-from softmark.interpreter.language.schema import Field
+from softmark.interpreter.language.field_schema import Field
+from softmark.interpreter.language.spatial_profiles import Node, Profile, constant
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 
@@ -37,7 +37,7 @@ def profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Fie
     """The value of the field `of` that an expression states; its dimension is that of the expression. Raises Bad."""
     reader = Reader(evaluator, fields)
     root, dimension = reader.node(node)
-    said = "; ".join((layout.flat(node), *reader.values.values()))
+    said = "; ".join((source_layout.flat(node), *reader.values.values()))
     return Profile(root, said, of.name, dimension, of.interval, Location(evaluator.place.source, node.span))
 
 

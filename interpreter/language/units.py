@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from functools import lru_cache
 
-from softmark.grammar.suggest import nearest
+from softmark.grammar.name_suggestions import nearest
 from softmark.records import dataclass
 
 Dimension = tuple[int, int, int, int, int]  # exponents of length, mass, time, temperature, angle

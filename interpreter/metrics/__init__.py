@@ -13,11 +13,10 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.metrics.contact import ContactArea, ContactGap, ContactPressure
-from softmark.interpreter.metrics.course_norm import CourseNorm
 from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.dissipation import Dissipation
-from softmark.interpreter.metrics.energy_norm import EnergyNorm
+from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
 from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
@@ -28,15 +27,16 @@ from softmark.interpreter.metrics.moment import Moment
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
-from softmark.interpreter.metrics.realtime import RealTime
+from softmark.interpreter.metrics.realtime_factor import RealTime
+from softmark.interpreter.metrics.relative_displacement_error import EnergyNorm
 from softmark.interpreter.metrics.slip import Slip, StickArea
 from softmark.interpreter.metrics.strain import Strain
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
-from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
 from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.metrics.stretch import Stretch
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.trajectory_error import CourseNorm
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.metrics.work import LoadWork

@@ -6,20 +6,20 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from softmark.interpreter.metrics import curves
-from softmark.interpreter.metrics.curves import Course
+from softmark.interpreter.metrics import curve_geometry
+from softmark.interpreter.metrics.curve_geometry import Course
+from softmark.interpreter.metrics.curve_metrics import OfCurves
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.of_curves import OfCurves
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.curves import Curve, Overlay
+    from softmark.interpreter.metrics.curve_geometry import Curve, Overlay
     from softmark.interpreter.metrics.measurement import Floats, Seen
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 Statistic = Literal["rms", "max", "area", "unexplained", "slope"]
 
@@ -65,12 +65,12 @@ class CurveError(OfCurves):
         x, y, (along, own), reference = seen.curve.x, seen.curve.y, seen.curve.units, seen.known.curve
         if len(x) == 1:
             return self._point(float(x[0]), float(y[0]), reference, (along, own))
-        over = curves.overlay(x, y, reference, along)
+        over = curve_geometry.overlay(x, y, reference, along)
         value, uncertainty = _STATISTICS[self.statistic](over, self.initial)
         at = int(np.abs(over.d).argmax())
         details = {
             "covered_share": over.covered, f"from_{along}": float(over.x[0]), f"to_{along}": float(over.x[-1]),
-            f"rms_{own}": curves.rms(over.x, over.d), f"largest_{own}": float(np.abs(over.d[at])),
+            f"rms_{own}": curve_geometry.rms(over.x, over.d), f"largest_{own}": float(np.abs(over.d[at])),
             f"largest_at_{along}": float(over.x[at]), "r_squared": _explained(over),
             "inside_share": over.inside,
         }  # fmt: skip
@@ -100,7 +100,7 @@ class CurveError(OfCurves):
         return {
             "states": self.chords(x, y, reference),
             self.of: self.moved(x, y, off, reference),
-            self.over or "time": self.moved(x, y, along * curves.slopes(reference, x), reference),
+            self.over or "time": self.moved(x, y, along * curve_geometry.slopes(reference, x), reference),
         }
 
     def apart(self, x: Floats, y: Floats, other: Floats, reference: Curve) -> float:
@@ -116,9 +116,9 @@ class CurveError(OfCurves):
         """
         if len(x) == 1:
             return float(np.abs(off[0])) / _size(abs(float(np.interp(x[0], reference.x, reference.y))))
-        o, e = curves.overlay(x, off, reference), curves.overlay(x, y, reference)
+        o, e = curve_geometry.overlay(x, off, reference), curve_geometry.overlay(x, y, reference)
         if self.statistic == "unexplained":
-            size, own, more = _variance(o), curves.squared(e.x, e.d), curves.squared(o.x, o.y)
+            size, own, more = _variance(o), curve_geometry.squared(e.x, e.d), curve_geometry.squared(o.x, o.y)
             return (2.0 * math.sqrt(own * more) + more) / size
         return _STATISTICS[self.statistic](replace(o, y=o.r + o.y), self.initial)[0]
 
@@ -140,8 +140,8 @@ def _size(value: float) -> float:
 
 
 def _rms(o: Overlay, initial: float) -> tuple[float, float | None]:
-    size = _size(curves.rms(o.x, o.r))
-    return curves.rms(o.x, o.d) / size, curves.rms(o.x, o.u) / size
+    size = _size(curve_geometry.rms(o.x, o.r))
+    return curve_geometry.rms(o.x, o.d) / size, curve_geometry.rms(o.x, o.u) / size
 
 
 def _max(o: Overlay, initial: float) -> tuple[float, float | None]:
@@ -150,19 +150,19 @@ def _max(o: Overlay, initial: float) -> tuple[float, float | None]:
 
 
 def _area(o: Overlay, initial: float) -> tuple[float, float | None]:
-    size = _size(curves.between(o.x, o.r))
-    return curves.between(o.x, o.d) / size, curves.integral(o.x, o.u) / size
+    size = _size(curve_geometry.between(o.x, o.r))
+    return curve_geometry.between(o.x, o.d) / size, curve_geometry.integral(o.x, o.u) / size
 
 
 def _unexplained(o: Overlay, initial: float) -> tuple[float, float | None]:
     size = _variance(o)
-    return curves.squared(o.x, o.d) / size, curves.squared(o.x, o.u) / size
+    return curve_geometry.squared(o.x, o.d) / size, curve_geometry.squared(o.x, o.u) / size
 
 
 def _variance(o: Overlay) -> float:
     """int (r - mean of r)^2."""
-    mean = curves.integral(o.x, o.r) / (o.x[-1] - o.x[0])
-    if (size := curves.squared(o.x, o.r - mean)) == 0.0:
+    mean = curve_geometry.integral(o.x, o.r) / (o.x[-1] - o.x[0])
+    if (size := curve_geometry.squared(o.x, o.r - mean)) == 0.0:
         raise Undefined("the reference is the same everywhere, so there is nothing to explain")
     return size
 
@@ -176,8 +176,8 @@ def _explained(o: Overlay) -> float | None:
 
 
 def _slope(o: Overlay, initial: float) -> tuple[float, float | None]:
-    size = _size(abs(curves.slope(o.x, o.r, initial)))
-    return abs(curves.slope(o.x, o.d, initial)) / size, curves.tilt(o.x, o.u, initial) / size
+    size = _size(abs(curve_geometry.slope(o.x, o.r, initial)))
+    return abs(curve_geometry.slope(o.x, o.d, initial)) / size, curve_geometry.tilt(o.x, o.u, initial) / size
 
 
 _STATISTICS = {"rms": _rms, "max": _max, "area": _area, "unexplained": _unexplained, "slope": _slope}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric import OfDisplacements
+from softmark.interpreter.metrics.metric_base import OfDisplacements
 from softmark.records import dataclass
 
 if TYPE_CHECKING:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric import OfForces
+from softmark.interpreter.metrics.metric_base import OfForces
 from softmark.interpreter.metrics.strain_energy import known
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.metric import Floats
-    from softmark.interpreter.results.reactions import AtRest
+    from softmark.interpreter.metrics.metric_base import Floats
+    from softmark.interpreter.results.reaction_results import AtRest
 
 
 @dataclass(frozen=True)

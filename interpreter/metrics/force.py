@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.metric import WHEN, OfForces, When
+from softmark.interpreter.metrics.metric_base import WHEN, OfForces, When
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.metric import Floats
-    from softmark.interpreter.results.reactions import AtRest
+    from softmark.interpreter.metrics.metric_base import Floats
+    from softmark.interpreter.results.reaction_results import AtRest
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric import Metric
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.metric_base import Metric
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric import Metric
-from softmark.interpreter.metrics.surface import known_surface
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.metric_base import Metric
+from softmark.interpreter.metrics.target_surface import known_surface
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
-from softmark.references.surfaces import SearchedSurface, open_edges, used
+from softmark.references.surface_geometry import SearchedSurface, open_edges, used
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Seen

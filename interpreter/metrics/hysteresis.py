@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics import curves
-from softmark.interpreter.metrics.curves import Course
+from softmark.interpreter.metrics import curve_geometry
+from softmark.interpreter.metrics.curve_geometry import Course
+from softmark.interpreter.metrics.curve_metrics import OfCurves
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.of_curves import OfCurves
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.curves import Curve, Loop
+    from softmark.interpreter.metrics.curve_geometry import Curve, Loop
     from softmark.interpreter.metrics.measurement import Floats, Seen
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 SAME = 1e-9  # of the largest: values that are nearer are one
 
@@ -54,7 +54,7 @@ class Hysteresis(OfCurves):
         if seen.curve is None:
             raise Undefined("it has no curve")
         along, own = seen.curve.units
-        loop = curves.loop(seen.curve.x, seen.curve.y, along)
+        loop = curve_geometry.loop(seen.curve.x, seen.curve.y, along)
         (loading, unloading), (low, high) = loop.works, loop.ends
         details = {
             f"loading_{own}{along}": loading, f"unloading_{own}{along}": unloading,
@@ -82,7 +82,7 @@ class Hysteresis(OfCurves):
 
     def stated(self, course: Course, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
         """What chords between states leave out, and what values and their places are off by. Raises Undefined."""
-        loop = curves.loop(course.x, course.y)
+        loop = curve_geometry.loop(course.x, course.y)
         shared = _paired(course, loop.turn, off, along)
         return {
             "states": _chords(course, loop),
@@ -97,7 +97,7 @@ def _chords(course: Course, loop: Loop) -> float:
     some = np.unique([0, *range(loop.turn, 0, -2), *range(loop.turn, last, 2), last])  # alike on both ways
     if len(some) == last + 1:
         raise Undefined("what a curve does between two states on each way is not known")
-    return abs(curves.loop(course.x[some], course.y[some]).lost - loop.lost) / 3.0
+    return abs(curve_geometry.loop(course.x[some], course.y[some]).lost - loop.lost) / 3.0
 
 
 def _steep(course: Course) -> Floats:
@@ -114,7 +114,7 @@ def _moved(course: Course, loop: Loop, off: Floats, shared: bool) -> float:
     the same states an error is that of a state, whichever way it was reached: both works are off by the same amount,
     and the share by itself times w / (|W| - w).
     """
-    w, u = curves.loop(course.x, off).works
+    w, u = curve_geometry.loop(course.x, off).works
     loading, unloading = loop.works
     if w >= abs(loading):
         raise Undefined("what is stated of the values is as large as they are")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-from softmark.interpreter.metrics.spread import Statistic, Summed, ratios, spread
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.distance_statistics import Statistic, Summed, ratios, spread
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:

@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.metrics.curves import Course, Curve
-    from softmark.interpreter.problem.case import Case
+    from softmark.interpreter.metrics.curve_geometry import Course, Curve
+    from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.problem.probe_domains import ProbeDomain
-    from softmark.interpreter.results.history import History
-    from softmark.interpreter.results.reactions import AtRest
-    from softmark.interpreter.results.report import Timing
-    from softmark.references.measured import MeasuredSurface
-    from softmark.references.values import KnownValue
-    from softmark.solvers.stresses.field import Stresses
+    from softmark.interpreter.results.motion_history import History
+    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.results.run_report import Timing
+    from softmark.references.measured_data import MeasuredSurface
+    from softmark.references.published_values import KnownValue
+    from softmark.solvers.stress_recovery.stress_field import Stresses
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric import Metric
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.metric_base import Metric
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from softmark.interpreter.metrics.measurement import Floats, Seen
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 UNEVEN = 0.1  # standard deviation of cycles, in proportion: with more they are not those of one vibration
 LOPSIDED = 0.25  # of half-waves, which a position of rest that is a little off makes long and short by turns

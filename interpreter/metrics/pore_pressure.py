@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.metric import OfForces
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.metric import Floats
-    from softmark.interpreter.results.reactions import AtRest, Fluid
+    from softmark.interpreter.metrics.metric_base import Floats
+    from softmark.interpreter.results.reaction_results import AtRest, Fluid
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 def _fluid(rest: AtRest) -> Fluid:

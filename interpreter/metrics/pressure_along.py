@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.contact import OfContact
-from softmark.interpreter.metrics.curves import Course
+from softmark.interpreter.metrics.curve_geometry import Course
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.measurement import Seen
-    from softmark.interpreter.metrics.metric import Floats
-    from softmark.interpreter.results.reactions import AtRest
+    from softmark.interpreter.metrics.metric_base import Floats
+    from softmark.interpreter.results.reaction_results import AtRest
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)

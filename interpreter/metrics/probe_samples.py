@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.measurement import Floats, Ints
-    from softmark.solvers.stresses.field import Number, Stresses
-    from softmark.solvers.stresses.measures import Sides, Tensors
+    from softmark.solvers.stress_recovery.stress_field import Number, Stresses
+    from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 GAUSS = 3  # points on a piece of a line: exact for polynomials of degree five
 PIECES = 2000  # of a line at most, not counting cuts at crossings
@@ -123,7 +123,7 @@ def paired(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides
     own, theirs = samples.sides(one), samples.sides(other)
     if np.array_equal(own.rows, theirs.rows) and np.array_equal(own.materials, theirs.materials):
         return own, theirs.tensors
-    from softmark.solvers.stresses.measures import Sides
+    from softmark.solvers.stress_recovery.stress_measures import Sides
 
     count = len(samples.X)
     rows = np.arange(count)

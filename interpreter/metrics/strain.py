@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from softmark.interpreter.metrics.probe_samples import Over
-from softmark.interpreter.metrics.tensors import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import OfTensors
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Floats
-    from softmark.solvers.stresses.field import Stresses
-    from softmark.solvers.stresses.measures import Tensors
+    from softmark.solvers.stress_recovery.stress_field import Stresses
+    from softmark.solvers.stress_recovery.stress_measures import Tensors
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Strain(OfTensors):
 
     def values(self, tensors: Tensors) -> Floats:
         """(n,)."""
-        from softmark.solvers.stresses.measures import component_of
+        from softmark.solvers.stress_recovery.stress_measures import component_of
 
         return component_of(self.tensors(tensors), self.component)
 

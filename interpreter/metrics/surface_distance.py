@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from softmark.interpreter.metrics.spread import Summed, SurfaceStatistic, ratios, spread
-from softmark.interpreter.metrics.surface import known_surface, side
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.distance_statistics import Summed, SurfaceStatistic, ratios, spread
+from softmark.interpreter.metrics.target_surface import known_surface, side
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
-from softmark.references.surfaces import normal_distances, vertex_normals
+from softmark.references.surface_geometry import normal_distances, vertex_normals
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.measurement import Floats, Measurement, Seen
-    from softmark.references.surfaces import SearchedSurface
+    from softmark.references.surface_geometry import SearchedSurface
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric import OfMetric
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.metric_base import OfMetric
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.language.compiled_scene import Scene
     from softmark.interpreter.metrics.measurement import Seen
-    from softmark.references.values import KnownValue
+    from softmark.references.published_values import KnownValue
 
 
 @dataclass(frozen=True)

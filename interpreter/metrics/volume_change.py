@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric import Metric
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.metric_base import Metric
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
-from softmark.references.surfaces import open_edges, signed_volume
+from softmark.references.surface_geometry import open_edges, signed_volume
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Seen

@@ -6,15 +6,15 @@ import math
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.language.profiles import Profile
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.stretches import end_of, seen_from
-from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import PerArea, PerMass
-from softmark.interpreter.vocabulary.supports import Holding
-from softmark.references.cantilever import Refused
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.spatial_profiles import Profile
+from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import PerArea, PerMass
+from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.graded_bar import PulledBar
+from softmark.references.straight_cantilever import Refused
 from softmark.solvers.mesh.shape import Prism, cross, dot, moved
 
 if TYPE_CHECKING:

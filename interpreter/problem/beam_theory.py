@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.stretches import end_of, seen_from
-from softmark.interpreter.vocabulary.loads import PerMass
-from softmark.interpreter.vocabulary.supports import Holding
-from softmark.references.cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused, Ring
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.load_words import PerMass
+from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused, Ring
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.tubes import Tube
 
 
 def cantilever_of(reference: Declared, case: Case) -> Cantilever:

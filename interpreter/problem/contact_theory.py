@@ -7,19 +7,19 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case, Touch
-from softmark.interpreter.problem.indenter import indenter
-from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
-from softmark.interpreter.results.reactions import AtRest, Reaction
-from softmark.interpreter.results.reactions import Touch as Touched
-from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.courses import in_full
-from softmark.interpreter.vocabulary.supports import ByVector, Holding
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.body_case import Case, Touch
+from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_body
+from softmark.interpreter.problem.indenter_shape import indenter
+from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.results.reaction_results import Touch as Touched
+from softmark.interpreter.vocabulary.amplitude_words import in_full
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.support_words import ByVector, Holding
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.half_space import Surroundings
-from softmark.references.pressed import SAID, Pressed
+from softmark.references.half_space_indentation import Surroundings
+from softmark.references.indentation import SAID, Pressed
+from softmark.references.straight_cantilever import Refused, Vector
 from softmark.solvers.mesh.shape import cross, dot, moved
 
 NEAR = 1e-6  # of the body's size: how far beside the axis a plane of symmetry may lie

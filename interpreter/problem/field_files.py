@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.problem.typical import profiles
-from softmark.interpreter.vocabulary.fields import Field
+from softmark.interpreter.problem.representative_constants import profiles
+from softmark.interpreter.vocabulary.field_words import Field
 from softmark.records import dataclass
-from softmark.references.data import find
-from softmark.references.measured import Frame, Unreadable
+from softmark.references.data_download import find
+from softmark.references.measured_data import Frame, Unreadable
 from softmark.resource_limits import TooSlow, limited_resources, reason_of
-from softmark.solvers.materials.varying import with_constants
+from softmark.solvers.materials.heterogeneous import with_constants
 from softmark.solvers.mesh.voxel_bounds import VoxelBounds
 
 Floats = NDArray[np.float64]
@@ -93,7 +93,7 @@ class OnMesh:
 
     def values(self, X: Floats) -> Floats:
         """At points X (n, 3), m: by the shape functions of the cell that a point lies in, or of the nearest (n,)."""
-        from softmark.solvers.mesh.interpolation import locate
+        from softmark.solvers.mesh.element_interpolation import locate
 
         place = locate(self.mesh, X)
         within = np.clip(place.N, 0.0, None) if self.mesh.element.order == 1 else place.N
@@ -138,7 +138,7 @@ class OnMesh:
 
     def outside(self, X: Floats) -> Bools:
         """Which points X (n, 3) lie in no cell (n,)."""
-        from softmark.solvers.mesh.interpolation import locate
+        from softmark.solvers.mesh.element_interpolation import locate
 
         found: Bools = locate(self.mesh, X).outside > EDGE * self.mesh.extent
         return found
@@ -184,7 +184,7 @@ def _loaded(field: Field, file: Path, stamp: int) -> Image | OnMesh:
 
 
 def _image(field: Field, file: Path) -> Image:
-    from softmark.references.volumes import read_volume
+    from softmark.references.voxel_files import read_volume
 
     if field.array:
         raise Unreadable(file.name, "an image has one array, without a name", "leave `array` out")
@@ -204,7 +204,7 @@ def _image(field: Field, file: Path) -> Image:
 
 def _mesh(field: Field, file: Path) -> OnMesh:
     from softmark.solvers.elements import ELEMENTS
-    from softmark.solvers.mesh.files.reading import UnreadableMesh, parsed
+    from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parsed
     from softmark.solvers.mesh.mesh import Mesh
 
     if field.length is None:

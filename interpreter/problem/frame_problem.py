@@ -7,24 +7,24 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.tendon_theory import resists
-from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerLength, PerMass, Turning
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Hinged
-from softmark.references.cantilever import Disc, Rectangle, Refused, Ring
-from softmark.solvers.mesh.frame import Network
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
+from softmark.references.straight_cantilever import Disc, Rectangle, Refused, Ring
+from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.shape import transverse
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.references.frame_theory import Frame, FrameMember
-    from softmark.solvers.mesh.frame import Member
+    from softmark.solvers.mesh.frame_shapes import Member
     from softmark.solvers.mesh.mesh import Floats
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 HELD = 16  # parts of a member that is held all along, at whose ends the theory holds it
 NEAR = 1e-9  # of the diagonal: places this near are one

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.far_stress import ball, even, held, holds
-from softmark.interpreter.problem.rubbers import rubber_of
-from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import Follower
-from softmark.references.cantilever import Refused
-from softmark.references.inflation import BlownBall
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.inclusion_theory import ball, even, held, holds
+from softmark.interpreter.problem.rubber_constants import rubber_of
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import Follower
+from softmark.references.rubber_inflation import BlownBall
+from softmark.references.straight_cantilever import Refused
 
 PRESSED = "one `pressure(...)` on all of the hollow, and nothing else"
 

@@ -9,31 +9,31 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.sides import Rectangular, rectangle
-from softmark.interpreter.results.reactions import AtRest, Reaction
-from softmark.interpreter.results.reactions import Touch as Touched
-from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.courses import in_full
-from softmark.interpreter.vocabulary.loads import Follower, PerArea, Tensile
-from softmark.interpreter.vocabulary.pairs import REACH, Itself
-from softmark.interpreter.vocabulary.supports import Displaced, Fixed, Symmetric
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.body_faces import Rectangular, rectangle
+from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.results.reaction_results import Touch as Touched
+from softmark.interpreter.vocabulary.amplitude_words import in_full
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import Follower, PerArea, Tensile
+from softmark.interpreter.vocabulary.self_contact_words import REACH, Itself
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
 from softmark.records import dataclass
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.patch_test import Block, Joint, PressedStack, Solid, Stack
+from softmark.references.contact_patch_test import Block, Joint, PressedStack, Solid, Stack
+from softmark.references.straight_cantilever import Refused, Vector
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.apart import Apart
+from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
-from softmark.solvers.stresses.without_cells import WithoutCells
+from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
 
 if TYPE_CHECKING:
     import numpy as np
 
     from softmark.solvers.mesh.mesh import Floats
-    from softmark.solvers.stresses.measures import Tensors
+    from softmark.solvers.stress_recovery.stress_measures import Tensors
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 SAME = 1e-9  # of the size: what is less is no difference
 WITHIN = 1e-6  # of the length of a block: how far from its ends what is asked of its sides alone is looked at
@@ -423,8 +423,8 @@ class Told(WithoutCells):
 
     def at(self, X: Floats) -> Tensors:
         """At points X (n, 3) of the undeformed body."""
-        from softmark.solvers.stresses.measures import Tensors
-        from softmark.solvers.stresses.sampled import SYMMETRIC
+        from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
+        from softmark.solvers.stress_recovery.stress_measures import Tensors
 
         H, sigma = self.theory.fields(X)
         small = not any(block.solid.large for block in self.theory.stack.blocks)

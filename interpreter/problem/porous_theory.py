@@ -7,20 +7,20 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from softmark.interpreter.language.scene import Declared
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.relaxing_theory import driven_by
-from softmark.interpreter.problem.sides import Rectangular, Round, solid_body
-from softmark.interpreter.results.reactions import AtRest, Reaction
-from softmark.interpreter.vocabulary.analyses import Quasistatic
-from softmark.interpreter.vocabulary.courses import in_full
-from softmark.interpreter.vocabulary.loads import PerArea
-from softmark.interpreter.vocabulary.supports import Drained, Holding, Level
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_body
+from softmark.interpreter.problem.relaxation_theory import driven_by
+from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.vocabulary.amplitude_words import in_full
+from softmark.interpreter.vocabulary.analysis_words import Quasistatic
+from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.interpreter.vocabulary.support_words import Drained, Holding, Level
 from softmark.records import dataclass
-from softmark.references.between_plates import Squeezed
-from softmark.references.cantilever import Refused, Vector
-from softmark.references.confined import Permeability, PressedColumn
-from softmark.references.skeletons import WHOLE, Skeleton
+from softmark.references.confined_compression import Permeability, PressedColumn
+from softmark.references.poroelastic_compression import Squeezed
+from softmark.references.porous_skeletons import WHOLE, Skeleton
+from softmark.references.straight_cantilever import Refused, Vector
 from softmark.references.terzaghi import Column, Drains
 from softmark.solvers.mesh.shape import cross, moved, with_coordinate
 
@@ -231,7 +231,7 @@ def pressed_column_of(case: Case) -> PressedColumn:
 
 def skeleton_of(case: Case) -> Skeleton:
     """The drained law of a case. Raises Refused where confined compression of it is not known."""
-    from softmark.interpreter.problem.rubbers import rubber_of, word_of
+    from softmark.interpreter.problem.rubber_constants import rubber_of, word_of
 
     law = case.material.law
     word = word_of(law)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softmark.interpreter.problem.points import pictured
-from softmark.solvers.contact.gaps import gap_of
-from softmark.solvers.mesh.instruments import HalfSpace
+from softmark.interpreter.problem.probe_points import pictured
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.mesh.rigid_shapes import HalfSpace
 from softmark.solvers.mesh.shape import Swept, transverse
+from softmark.solvers.mesh.shape_surfaces import skin_of
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.skin import skin_of
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Floats, Ints

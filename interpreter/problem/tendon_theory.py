@@ -6,14 +6,14 @@ import math
 from typing import Any
 
 from softmark.interpreter.problem.beam_theory import clamped_end
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.loads import AtPoint, PerMass, Routed
-from softmark.references.cantilever import Disc, Rectangle, Refused, Ring
-from softmark.references.driven_rod import DrivenRod, Route
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerMass, Routed
+from softmark.references.straight_cantilever import Disc, Rectangle, Refused, Ring
+from softmark.references.tendon_driven_rod import DrivenRod, Route
 from softmark.solvers.mesh.shape import Vector3, cross, moved
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.tubes import Tube
 
 NEAR = 1e-9  # of the length: how far from the centre of the free end its force may act
 

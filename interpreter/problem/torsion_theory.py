@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from softmark.interpreter.problem.case import Case
-from softmark.interpreter.problem.rubbers import rubber_of
-from softmark.interpreter.problem.stretches import end_of, seen_from
-from softmark.interpreter.results.reactions import AtRest, Reaction
-from softmark.interpreter.vocabulary.analyses import Dynamic
-from softmark.interpreter.vocabulary.supports import Fixed, Turned
-from softmark.references.cantilever import Refused
-from softmark.references.torsion import TwistedCylinder
+from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.rubber_constants import rubber_of
+from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.support_words import Fixed, Turned
+from softmark.references.rubber_torsion import TwistedCylinder
+from softmark.references.straight_cantilever import Refused
 from softmark.solvers.mesh.shape import cross, moved
 from softmark.solvers.mesh.shapes import Cylinder
 

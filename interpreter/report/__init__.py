@@ -9,5 +9,5 @@
     files      what is written beside the page
 
 To add a section to a run: a file with `section_of(findings) -> str` ("" where it has nothing to show) in `run/tables`
-or `run/figures`, and a line in `SECTIONS` of `run/html.py`.
+or `run/figures`, and a line in `SECTIONS` of `run/report_page.py`.
 """

@@ -29,49 +29,49 @@ if TYPE_CHECKING:
 
     from IPython.core.interactiveshell import InteractiveShell
 
-    from softmark.interpreter.face.api import LoadedScene as LoadedScene
-    from softmark.interpreter.face.api import compare as compare
-    from softmark.interpreter.face.api import load as load
-    from softmark.interpreter.face.api import loads as loads
-    from softmark.interpreter.face.api import stress as stress
-    from softmark.interpreter.face.arguments import BadArgument as BadArgument
-    from softmark.interpreter.face.extras import MissingExtra as MissingExtra
-    from softmark.interpreter.face.shown import RunReport as RunReport
-    from softmark.interpreter.language.scene import SceneError as SceneError
-    from softmark.interpreter.results.report import MetricResult as MetricResult
-    from softmark.interpreter.results.report import ModelResult as ModelResult
-    from softmark.interpreter.results.report import ProbeResult as ProbeResult
-    from softmark.interpreter.results.report import ReferenceResult as ReferenceResult
-    from softmark.interpreter.results.report import Report as Report
-    from softmark.interpreter.study.compare import Comparison as Comparison
-    from softmark.interpreter.study.stability.record import Stress as Stress
+    from softmark.interpreter.api.api_arguments import BadArgument as BadArgument
+    from softmark.interpreter.api.optional_packages import MissingExtra as MissingExtra
+    from softmark.interpreter.api.python_api import LoadedScene as LoadedScene
+    from softmark.interpreter.api.python_api import compare as compare
+    from softmark.interpreter.api.python_api import load as load
+    from softmark.interpreter.api.python_api import loads as loads
+    from softmark.interpreter.api.python_api import stress as stress
+    from softmark.interpreter.api.shown_report import RunReport as RunReport
+    from softmark.interpreter.language.compiled_scene import SceneError as SceneError
+    from softmark.interpreter.results.run_report import MetricResult as MetricResult
+    from softmark.interpreter.results.run_report import ModelResult as ModelResult
+    from softmark.interpreter.results.run_report import ProbeResult as ProbeResult
+    from softmark.interpreter.results.run_report import ReferenceResult as ReferenceResult
+    from softmark.interpreter.results.run_report import Report as Report
+    from softmark.interpreter.study.comparison_study import Comparison as Comparison
+    from softmark.interpreter.study.robustness.robustness_record import Stress as Stress
 
 __version__ = "0.1.0"
 
 # public name: module that it comes from
 _PUBLIC = {
-    "load": "softmark.interpreter.face.api",
-    "loads": "softmark.interpreter.face.api",
-    "compare": "softmark.interpreter.face.api",
-    "stress": "softmark.interpreter.face.api",
-    "LoadedScene": "softmark.interpreter.face.api",
-    "SceneError": "softmark.interpreter.language.scene",
-    "BadArgument": "softmark.interpreter.face.arguments",
-    "MissingExtra": "softmark.interpreter.face.extras",
-    "RunReport": "softmark.interpreter.face.shown",
-    "Report": "softmark.interpreter.results.report",
-    "ModelResult": "softmark.interpreter.results.report",
-    "ReferenceResult": "softmark.interpreter.results.report",
-    "ProbeResult": "softmark.interpreter.results.report",
-    "MetricResult": "softmark.interpreter.results.report",
-    "Comparison": "softmark.interpreter.study.compare",
-    "Stress": "softmark.interpreter.study.stability.record",
+    "load": "softmark.interpreter.api.python_api",
+    "loads": "softmark.interpreter.api.python_api",
+    "compare": "softmark.interpreter.api.python_api",
+    "stress": "softmark.interpreter.api.python_api",
+    "LoadedScene": "softmark.interpreter.api.python_api",
+    "SceneError": "softmark.interpreter.language.compiled_scene",
+    "BadArgument": "softmark.interpreter.api.api_arguments",
+    "MissingExtra": "softmark.interpreter.api.optional_packages",
+    "RunReport": "softmark.interpreter.api.shown_report",
+    "Report": "softmark.interpreter.results.run_report",
+    "ModelResult": "softmark.interpreter.results.run_report",
+    "ReferenceResult": "softmark.interpreter.results.run_report",
+    "ProbeResult": "softmark.interpreter.results.run_report",
+    "MetricResult": "softmark.interpreter.results.run_report",
+    "Comparison": "softmark.interpreter.study.comparison_study",
+    "Stress": "softmark.interpreter.study.robustness.robustness_record",
 }
 
 
 def load_ipython_extension(shell: InteractiveShell) -> None:
     """`%load_ext softmark`: add the magic `%%scene` to a shell of IPython or Jupyter."""
-    from softmark.interpreter.face.magic import register
+    from softmark.interpreter.api.cell_magic import register
 
     register(shell)
 

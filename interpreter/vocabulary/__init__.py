@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.interpreter.vocabulary.analyses import Dynamic, Quasistatic, Static
-from softmark.interpreter.vocabulary.bodies import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Rigid, Solid
-from softmark.interpreter.vocabulary.contacts import Between
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth, State, Table
-from softmark.interpreter.vocabulary.loads import (
+from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, State, Table
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic, Static
+from softmark.interpreter.vocabulary.body_words import Axisymmetric, BeamNetwork, PlaneStrain, PlaneStress, Rigid, Solid
+from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.load_words import (
     Gravity,
     LineLoad,
     PointForce,
@@ -21,12 +21,12 @@ from softmark.interpreter.vocabulary.loads import (
     Torque,
     Traction,
 )
-from softmark.interpreter.vocabulary.pairs import Itself, Tied
-from softmark.interpreter.vocabulary.probes import Line, Markers, Nodes, Point, Surface, Volume
-from softmark.interpreter.vocabulary.published import Column
-from softmark.interpreter.vocabulary.regions import BodyGroup, BodyPart
-from softmark.interpreter.vocabulary.studies import Convergence, Pareto, Stability, Sweep
-from softmark.interpreter.vocabulary.supports import (
+from softmark.interpreter.vocabulary.probe_words import Line, Markers, Nodes, Point, Surface, Volume
+from softmark.interpreter.vocabulary.published_words import Column
+from softmark.interpreter.vocabulary.region_words import BodyGroup, BodyPart
+from softmark.interpreter.vocabulary.self_contact_words import Itself, Tied
+from softmark.interpreter.vocabulary.study_words import Convergence, Pareto, Stability, Sweep
+from softmark.interpreter.vocabulary.support_words import (
     Bedded,
     Displaced,
     Drained,

@@ -1,4 +1,4 @@
-"""Sum of energies over shared degrees of freedom, with a sparse pattern that is prepared once (patterns.py)."""
+"""Sum of energies over shared degrees of freedom, with a sparsity pattern that is prepared once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.assembly.patterns import others, prepare
+from softmark.solvers.assembly.sparsity_patterns import others, prepare
 from softmark.solvers.energies.energy import Energy, Floats, Ints, Wandering
 
 
@@ -63,7 +63,7 @@ class Assembly:
 
     def modes(self) -> Floats | None:
         """Rigid motions of the free degrees of freedom (n, 6); None where these are not known to be displacements."""
-        from softmark.solvers.sparse.motions import rigid_motions
+        from softmark.solvers.sparse.rigid_body_modes import rigid_motions
 
         return None if self.points is None else rigid_motions(self.points, self.free)
 

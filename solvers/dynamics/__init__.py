@@ -1,7 +1,8 @@
 """Motion in time: integrators, and the march that runs them.
 
-M a + C v + dE/dx (x, t) = 0 (see problem.py), from a start to a duration (march.py) by one of INTEGRATORS. To
-add an integrator: one file with its class, which has the members of `scheme.Integrator`, and one line here.
+M a + C v + dE/dx (x, t) = 0 (see dynamic_problem.py), from a start to a duration (time_integration.py) by one of
+INTEGRATORS. To add an integrator: one file with its class, which has the members of `scheme.Integrator`, and one line
+here.
 """
 
 from __future__ import annotations
@@ -10,10 +11,10 @@ from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.central_differences import CentralDifferences
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
-from softmark.solvers.dynamics.midpoint import Midpoint
+from softmark.solvers.dynamics.implicit_midpoint import Midpoint
+from softmark.solvers.dynamics.integrator import Integrator
 from softmark.solvers.dynamics.newmark import Newmark
-from softmark.solvers.dynamics.scheme import Integrator
-from softmark.solvers.dynamics.trapezoidal import Trapezoidal
+from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
 
 __all__ = ["INTEGRATORS", "Integrator"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.scheme import Motion, Past, StepFailed, StepTooLong
+from softmark.solvers.dynamics.integrator import Motion, Past, StepFailed, StepTooLong
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.system import System
+    from softmark.solvers.dynamics.implicit_step import System
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.dynamics.forces import Forces
-from softmark.solvers.dynamics.problem import Rayleigh
-from softmark.solvers.dynamics.scheme import Motion, Stage
+from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_problem import Rayleigh
+from softmark.solvers.dynamics.integrator import Motion, Stage
 from softmark.solvers.energies.energy import Dashpots, Floats
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
+from softmark.solvers.dynamics.integrator import Motion, Past
 from softmark.solvers.dynamics.newmark import newmark_stage
-from softmark.solvers.dynamics.scheme import Motion, Past
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.system import System
+    from softmark.solvers.dynamics.implicit_step import System
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.loading import steady
-from softmark.solvers.dynamics.scheme import Motion, Past, Stage
+from softmark.solvers.dynamics.integrator import Motion, Past, Stage
+from softmark.solvers.dynamics.load_amplitudes import steady
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.system import System
+    from softmark.solvers.dynamics.implicit_step import System
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.scheme import Motion, Past, Stage
-from softmark.solvers.dynamics.trapezoidal import mean_stage
+from softmark.solvers.dynamics.integrator import Motion, Past, Stage
+from softmark.solvers.dynamics.trapezoidal_rule import mean_stage
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.loading import StepLoad
-    from softmark.solvers.dynamics.system import System
+    from softmark.solvers.dynamics.implicit_step import System
+    from softmark.solvers.dynamics.load_amplitudes import StepLoad
 
 
 @dataclass(frozen=True)

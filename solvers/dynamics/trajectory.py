@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.dynamics.balance import Account, EnergyBalance
-from softmark.solvers.dynamics.newton import StepIteration
+from softmark.solvers.dynamics.energy_balance import Account, EnergyBalance
+from softmark.solvers.dynamics.implicit_newton import StepIteration
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.statics import problem
+from softmark.solvers.statics import static_problem
 
 if TYPE_CHECKING:
-    from softmark.solvers.dynamics.impact import Bounce, Rubbed
-    from softmark.solvers.dynamics.pressed import Acting, Surface
+    from softmark.solvers.dynamics.contact_output import Acting, Surface
+    from softmark.solvers.dynamics.dynamic_contact import Bounce, Rubbed
 
 NOTHING = Account().balance  # of no motion
 
@@ -99,7 +99,7 @@ class Trajectory:
     touched: Touched | None = None  # where there are contacts
 
 
-class MotionNotConverged(problem.NotConverged):
+class MotionNotConverged(static_problem.NotConverged):
     """A step failed at its shortest; `trajectory` holds what came before, `iterations` every Newton iteration."""
 
     def __init__(self, reason: str, trajectory: Trajectory, iterations: tuple[StepIteration, ...]) -> None:

@@ -1,7 +1,7 @@
 """What an element is, and what a facet of one is: all that is known of either, in one class.
 
-A class of an element derives from the reference cell that it lives on (cells.py), one of a facet from its triangle or
-square (facets.py): they know what follows from the shape alone.
+A class of an element derives from the reference cell that it lives on (reference_cells.py), one of a facet from its
+triangle or square (boundary_facets.py): they know what follows from the shape alone.
 """
 
 from __future__ import annotations

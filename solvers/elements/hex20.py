@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements import quadratic
-from softmark.solvers.elements.cells import Hexahedron, joined, mirrored
-from softmark.solvers.elements.facets import Quad8
+from softmark.solvers.elements import quadratic_shape_functions
+from softmark.solvers.elements.boundary_facets import Quad8
 from softmark.solvers.elements.quadratic_hexahedron import QuadraticHexahedron
+from softmark.solvers.elements.reference_cells import Hexahedron, joined, mirrored
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,9 +51,9 @@ class Hex20(QuadraticHexahedron):
     @staticmethod
     def shape(xi: Floats) -> Floats:
         """Shape functions N (m, 20) at local points xi (m, 3)."""
-        return quadratic.serendipity(Hex20.places(), xi)
+        return quadratic_shape_functions.serendipity(Hex20.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
         """dN/dxi (m, 20, 3) at local points xi (m, 3)."""
-        return quadratic.serendipity_gradient(Hex20.places(), xi)
+        return quadratic_shape_functions.serendipity_gradient(Hex20.places(), xi)

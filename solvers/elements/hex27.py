@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements import quadratic
-from softmark.solvers.elements.cells import Hexahedron, joined, mirrored
-from softmark.solvers.elements.facets import Quad9
+from softmark.solvers.elements import quadratic_shape_functions
+from softmark.solvers.elements.boundary_facets import Quad9
 from softmark.solvers.elements.quadratic_hexahedron import QuadraticHexahedron
+from softmark.solvers.elements.reference_cells import Hexahedron, joined, mirrored
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,9 +54,9 @@ class Hex27(QuadraticHexahedron):
     @staticmethod
     def shape(xi: Floats) -> Floats:
         """Shape functions N (m, 27) at local points xi (m, 3)."""
-        return quadratic.lagrange(Hex27.places(), xi)
+        return quadratic_shape_functions.lagrange(Hex27.places(), xi)
 
     @staticmethod
     def gradient(xi: Floats) -> Floats:
         """dN/dxi (m, 27, 3) at local points xi (m, 3)."""
-        return quadratic.lagrange_gradient(Hex27.places(), xi)
+        return quadratic_shape_functions.lagrange_gradient(Hex27.places(), xi)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements.cells import Hexahedron
-from softmark.solvers.elements.facets import Quad4
+from softmark.solvers.elements.boundary_facets import Quad4
+from softmark.solvers.elements.reference_cells import Hexahedron
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 class Hex8(Hexahedron):

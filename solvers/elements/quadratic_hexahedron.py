@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements import quadratic
-from softmark.solvers.elements.cells import Hexahedron
+from softmark.solvers.elements import quadratic_shape_functions
+from softmark.solvers.elements.reference_cells import Hexahedron
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 class QuadraticHexahedron(Hexahedron):
@@ -40,9 +40,9 @@ class QuadraticHexahedron(Hexahedron):
     @staticmethod
     def quadrature() -> tuple[Floats, Floats]:
         """Points (27, 3) and weights (27,) on the cube [-1, 1]^3."""
-        return quadratic.gauss(3)
+        return quadratic_shape_functions.gauss(3)
 
     @staticmethod
     def mass_quadrature() -> tuple[Floats, Floats]:
         """The same points, exact for products of shape functions in cells that are boxes."""
-        return quadratic.gauss(3)
+        return quadratic_shape_functions.gauss(3)

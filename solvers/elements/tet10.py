@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements.cells import Tetrahedron, joined, mirrored
-from softmark.solvers.elements.facets import Tri6
+from softmark.solvers.elements.boundary_facets import Tri6
+from softmark.solvers.elements.reference_cells import Tetrahedron, joined, mirrored
 from softmark.solvers.elements.tet4 import Tet4
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 EDGES = Tetrahedron.edges  # corners of the nodes 4 to 9
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements.cells import Tetrahedron
-from softmark.solvers.elements.facets import Tri3
+from softmark.solvers.elements.boundary_facets import Tri3
+from softmark.solvers.elements.reference_cells import Tetrahedron
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 class Tet4(Tetrahedron):

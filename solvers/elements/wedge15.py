@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from softmark.solvers.elements.cells import joined, mirrored
-from softmark.solvers.elements.facets import Quad8, Tri3, Tri6
-from softmark.solvers.elements.wedge import Wedge, through
+from softmark.solvers.elements.boundary_facets import Quad8, Tri3, Tri6
+from softmark.solvers.elements.reference_cells import joined, mirrored
+from softmark.solvers.elements.reference_wedge import Wedge, through
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 class Wedge15(Wedge):

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.base.jit import kernel, part
-from softmark.solvers.energies import magnification
+from softmark.solvers.energies import displacement_gradient_scaling
 from softmark.solvers.energies.energy import Floats, Ints, Lagging
-from softmark.solvers.energies.small_matrices import Nine, nearest_rotation, orthogonalise, set_above_identity
+from softmark.solvers.energies.matrix_decompositions import Nine, nearest_rotation, orthogonalise, set_above_identity
+from softmark.solvers.runtime.kernel_cache import kernel, part
 
 Rows = NDArray[np.int32]
 VALUE, FORCE, TANGENT, PROJECTED, LAGGED, KEEP = 1, 2, 4, 8, 16, 32  # what a pass over the cells computes
@@ -79,10 +79,10 @@ class CorotationalTets(Lagging):
     def magnification(self, x: Floats) -> float:
         """The power of two, 1 or more, by which a state is magnified, as of `Elastic`."""
         reach = float(np.abs(x).max(initial=0.0)) * self._steepest
-        if not 0.0 < reach < magnification.SMALL:
+        if not 0.0 < reach < displacement_gradient_scaling.SMALL:
             return 1.0
         H = np.einsum("mai,maJ->miJ", x.reshape(-1, 3)[self.cells], self.dNdX[:, 0]) / reach
-        return magnification.factor(reach, False, lambda up: up * reach * float(np.abs(H).max()))
+        return displacement_gradient_scaling.factor(reach, False, lambda up: up * reach * float(np.abs(H).max()))
 
     @cached_property
     def _steepest(self) -> float:

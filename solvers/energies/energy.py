@@ -15,7 +15,7 @@ from softmark.records import dataclass
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SLACK = 1e-6  # of 1/mu: what a factor of a solid with pressures has for 1/K beyond its own (linear/saddle.py)
+SLACK = 1e-6  # of 1/mu: what a factor of a solid with pressures has for 1/K beyond its own (linear/saddle_point.py)
 
 
 def no_stencils() -> Ints:

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import OverElements, cross_matrix
 from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.local_blocks import OverElements, cross_matrix
 from softmark.solvers.energies.rod_rotation import rotation
 
 SHORT = 1e-300  # m

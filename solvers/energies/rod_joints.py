@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import add_blocks
 from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.local_blocks import add_blocks
 from softmark.solvers.energies.rod_rotation import rotation
 
 

@@ -17,8 +17,8 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.blocks import OverElements, cross_matrix
 from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.local_blocks import OverElements, cross_matrix
 from softmark.solvers.energies.rod_kinematics import Segments, segments_of
 from softmark.solvers.energies.rod_state import lengths
 

@@ -20,16 +20,16 @@ from scipy import sparse
 
 from softmark import resource_limits as memory
 from softmark.records import dataclass
-from softmark.solvers.base import ahead
-from softmark.solvers.base.threads import ALONE
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.sparse.banded import NEUTRAL, NegativePivot, banded
-from softmark.solvers.sparse.motions import Modes
+from softmark.solvers.runtime import parallel_compilation
+from softmark.solvers.runtime.thread_limits import ALONE
+from softmark.solvers.sparse.banded_cholesky import NEUTRAL, NegativePivot, banded
+from softmark.solvers.sparse.rigid_body_modes import Modes
 
 if TYPE_CHECKING:
-    from softmark.solvers.sparse.cholesky import Cholesky, Precision
     from softmark.solvers.sparse.multigrid import Multigrid
     from softmark.solvers.sparse.pardiso import Pardiso
+    from softmark.solvers.sparse.sparse_cholesky import Cholesky, Precision
 
 Method = Literal["auto", "cholesky", "superlu", "pardiso", "multigrid"]
 
@@ -45,7 +45,7 @@ CLOSE = 1e-10  # relative residual to which iterations go
 UNSTABLE = 1e-6  # relative residual of a factor without a choice of pivots that is not worth refining
 FRESH = 30  # iterations within which a factor in single precision must do
 BESIDE = (  # what another process does
-    "from softmark.solvers.base import jit; from softmark.solvers.linear.factorisations import warm; warm({});"
+    "from softmark.solvers.runtime import jit; from softmark.solvers.linear.factorisations import warm; warm({});"
     " print(jit.made())"
 )
 
@@ -204,7 +204,7 @@ class RefinedFactor:
 
     def solve(self, b: Floats) -> Floats:
         """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
-        from softmark.solvers.sparse.gradients import conjugate_gradients
+        from softmark.solvers.sparse.conjugate_gradients import conjugate_gradients
 
         size = float(np.linalg.norm(b))
         # single precision overflows where forces in N are far from one
@@ -305,7 +305,7 @@ def _chosen(K: sparse.csr_matrix, symmetric: bool, precision: Precision, modes: 
 
 def _symmetric(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
     """By memory and estimated time; None where the pattern is not symmetric or pivots of either sign do not do."""
-    from softmark.solvers.linear.plans import known_of
+    from softmark.solvers.linear.symbolic_cache import known_of
     from softmark.solvers.sparse import multigrid
 
     try:
@@ -332,8 +332,8 @@ def _needed(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor:
 
 def _definite(K: sparse.csr_matrix, precision: Precision, modes: Modes) -> Factor | None:
     """None where a factor without a choice of pivots is not accurate, or the pattern not symmetric. Raises TooLarge."""
-    from softmark.solvers.linear.plans import known_of
-    from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
+    from softmark.solvers.linear.symbolic_cache import known_of
+    from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite
 
     try:
         known = known_of(K, modes)
@@ -468,7 +468,7 @@ def _inverse_norm(solve: Callable[[Floats], Floats], n: int) -> float:
 @contextmanager
 def warming(entries: int) -> Iterator[None]:
     """The same as `warm`, done beside what is compiled within where another process can help."""
-    with ahead.beside(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
+    with parallel_compilation.beside(BESIDE.format(entries)) if entries >= LARGE else nullcontext():
         yield
     warm(entries)
 
@@ -486,7 +486,7 @@ def warm(entries: int) -> None:
         K = sparse.csr_matrix(diagonal - np.diag([1.0, 1.0], 1) - np.diag([1.0, 1.0], -1))
         _definite(K, "double", None)
     if entries >= DISSECTED:
-        from softmark.solvers.sparse.order import warm as orders
+        from softmark.solvers.sparse.ordering import warm as orders
 
         orders()
     if entries >= VERY_LARGE:

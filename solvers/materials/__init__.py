@@ -1,10 +1,10 @@
 """Materials, and the laws of elasticity made from them.
 
 A material is what a scene names: constants with units. A law is psi, P and dPdF over a batch of deformation
-gradients (law.py); `law_for` makes one from a material and the strain that a model measures. To add a
+gradients (constitutive_law.py); `law_for` makes one from a material and the strain that a model measures. To add a
 material: one file with a dataclass on `Isotropic` (hyperelastic.py says how its law is written), or with constants
-of its own on `OfBarInvariants` or `OfStretches` (isochoric.py), and one line in MATERIALS. Its constants may be arrays,
-one for each of the points that its law is asked at: no `if` on them.
+of its own on `OfBarInvariants` or `OfStretches` (isochoric_split.py), and one line in MATERIALS. Its constants may be
+arrays, one for each of the points that its law is asked at: no `if` on them.
 """
 
 from __future__ import annotations
@@ -13,21 +13,20 @@ from collections import ChainMap
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from softmark.solvers.materials.active import Active
 from softmark.solvers.materials.active_strain import ActiveStrain
+from softmark.solvers.materials.active_stress import Active
 from softmark.solvers.materials.arruda_boyce import ArrudaBoyce
 from softmark.solvers.materials.biphasic import Biphasic
-from softmark.solvers.materials.constraints import Dilatation, Mixed, Stretching
+from softmark.solvers.materials.constitutive_law import Law, project
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.drag import Drag
+from softmark.solvers.materials.damping_tangent import Drag
 from softmark.solvers.materials.fung import Fung
 from softmark.solvers.materials.fung_orthotropic import FungOrthotropic
 from softmark.solvers.materials.gent import Gent
 from softmark.solvers.materials.guccione import Guccione
 from softmark.solvers.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from softmark.solvers.materials.holzapfel_ogden import HolzapfelOgden
-from softmark.solvers.materials.isotropic import Isotropic
-from softmark.solvers.materials.law import Law, project
+from softmark.solvers.materials.isotropic_material import Isotropic
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.materials.mooney_rivlin import MooneyRivlin
 from softmark.solvers.materials.neo_hookean import NeoHookean
@@ -38,13 +37,14 @@ from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
 from softmark.solvers.materials.transversely_isotropic import TransverselyIsotropic
 from softmark.solvers.materials.veronda_westmann import VerondaWestmann
-from softmark.solvers.materials.viscous import Viscous
+from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.volumetric_constraints import Dilatation, Mixed, Stretching
 from softmark.solvers.materials.yeoh import Yeoh
 
 if TYPE_CHECKING:
     import numpy as np
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 __all__ = [
     "DIRECTED", "MATERIALS", "STRAINS", "WORDS", "Isotropic", "Law", "NoFiniteLaw", "drags_for", "law_for", "mixed_for",
@@ -129,7 +129,7 @@ def _at_points(material: Isotropic, law: Any) -> Any:
     """A law or a drag of a material, by the constants of each point where they vary."""
     if not material.sampled:
         return law
-    from softmark.solvers.materials.varying import Varying, arrays
+    from softmark.solvers.materials.heterogeneous import Varying, arrays
 
     known = next(arrays(law), None)  # of directions the moduli at rest know nothing
     return law if known is None else Varying(law)

@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import FIBRES
-from softmark.solvers.materials.components import product
-from softmark.solvers.materials.muscle import Muscle
+from softmark.solvers.materials.active_wrapper import Muscle
+from softmark.solvers.materials.anisotropic_material import FIBRES
+from softmark.solvers.materials.tensor_components import product
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 
 SERIES = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)  # of the inverse Langevin function
 

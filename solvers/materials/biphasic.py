@@ -9,9 +9,9 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)

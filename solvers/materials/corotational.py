@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.base.elementary import expm1
-from softmark.solvers.materials.blockwise import Blockwise, tensors
-from softmark.solvers.materials.components import (
+from softmark.solvers.materials.batching import Blockwise, tensors
+from softmark.solvers.materials.polar_decomposition import rotation, spectrum, stretch
+from softmark.solvers.materials.tensor_components import (
     add_diagonal,
     add_identity,
     add_outer,
@@ -20,15 +20,15 @@ from softmark.solvers.materials.components import (
     trace,
     transposed,
 )
-from softmark.solvers.materials.polar import rotation, spectrum, stretch
+from softmark.solvers.runtime.scalar_or_array import expm1
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
-    from softmark.solvers.materials.principal import Principal
+    from softmark.solvers.materials.constitutive_law import Array
+    from softmark.solvers.materials.principal_axes_law import Principal
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 FLOOR = 1e-6  # least s_i + s_j that dR/dF divides by; it is 2 at rest
 
@@ -73,7 +73,7 @@ class Corotational(Blockwise):
         self._write(r, _inverse(sums) * self._twist_factor(f, r), H)
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
         h = [expm1(a) for a in e]
         t, s = h[0] + h[1] + h[2], [1.0 + a for a in h]
         tau = [b * (2.0 * self.mu * a + self.lam * t) for a, b in zip(h, s, strict=True)]

@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.solvers.materials.asked import STIFF, Bools, Held, in_blocks, law_by_law
-from softmark.solvers.materials.components import cofactor, components
+from softmark.solvers.materials.batched_stability import STIFF, Bools, Held, in_blocks, law_by_law
 from softmark.solvers.materials.hyperelastic import Hyperelastic
-from softmark.solvers.materials.invariants import OfInvariants, invariants
-from softmark.solvers.materials.polar import stretches
+from softmark.solvers.materials.polar_decomposition import stretches
+from softmark.solvers.materials.tensor_components import cofactor, components
+from softmark.solvers.materials.two_invariant_law import OfInvariants, invariants
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 
 CUTS = 7  # of the triangle: a form that is nearer to zero than that tells is taken for positive
 CORNERS = np.eye(3)
@@ -39,17 +39,17 @@ PARTS = 0.5 * np.array([  # the four parts of a triangle, by its corners
 def lost(law: Any, F: Array, held: Held | None = None) -> Bools | None:
     """At which of the states F (m, 3, 3) a law is not strongly elliptic (m,); None where it is not known.
 
-    Of laws with directions those that were found (acoustic.py). States outside the domain, which have no stress, are
-    not counted.
+    Of laws with directions those that were found (acoustic_tensor.py). States outside the domain, which have no
+    stress, are not counted.
     """
     return law_by_law(_lost, law, F, held)
 
 
 def _lost(law: Any, F: Array, held: Held | None) -> Bools | None:
     if getattr(law, "directed", False):
-        from softmark.solvers.materials import acoustic
+        from softmark.solvers.materials import acoustic_tensor
 
-        return acoustic.lost(law, F, held)
+        return acoustic_tensor.lost(law, F, held)
     if not isinstance(law, Hyperelastic):
         return None
     return in_blocks(_of_invariants if isinstance(law, OfInvariants) and held is None else _isotropic, law, F, held)

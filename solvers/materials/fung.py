@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.base.elementary import exp, expm1
-from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.runtime.scalar_or_array import exp, expm1
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 
 
 @dataclass(frozen=True)

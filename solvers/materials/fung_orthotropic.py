@@ -6,8 +6,8 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import Anisotropic, Bulk, Density, Fibres, Sheets, along, dyad
-from softmark.solvers.materials.components import (
+from softmark.solvers.materials.anisotropic_material import Anisotropic, Bulk, Density, Fibres, Sheets, along, dyad
+from softmark.solvers.materials.tensor_components import (
     add_diagonal,
     add_outer,
     add_turned,
@@ -21,9 +21,9 @@ from softmark.solvers.materials.components import (
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # of f, s and n
 

@@ -6,11 +6,11 @@ import math
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.base.elementary import log1p, where
-from softmark.solvers.materials.bar_invariants import Number, OfBarInvariants
+from softmark.solvers.materials.isochoric_invariants import Number, OfBarInvariants
+from softmark.solvers.runtime.scalar_or_array import log1p, where
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import Bulk, Density, Fibres
+from softmark.solvers.materials.anisotropic_material import Bulk, Density, Fibres
 from softmark.solvers.materials.fung_orthotropic import ExponentialOfStrain
 
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from softmark.solvers.materials.blockwise import Blockwise, tensors
-from softmark.solvers.materials.components import add_outer, product, transposed
-from softmark.solvers.materials.polar import rotation, spectrum, stretch
+from softmark.solvers.materials.batching import Blockwise, tensors
+from softmark.solvers.materials.polar_decomposition import rotation, spectrum, stretch
+from softmark.solvers.materials.tensor_components import add_outer, product, transposed
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array, Law
+    from softmark.solvers.materials.constitutive_law import Array, Law
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 AXES = [0, 4, 8]  # the entries aa of a 3x3 matrix in a row of nine
 PLANES = ((0, 1), (1, 2), (2, 0))

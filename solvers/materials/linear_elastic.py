@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.records import dataclass
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.isotropic_material import Isotropic
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ import math
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.solvers.base.elementary import like, log1p, where
-from softmark.solvers.materials.invariants import OfInvariants
-from softmark.solvers.materials.isotropic import Isotropic, is_array
+from softmark.solvers.materials.isotropic_material import Isotropic, is_array
+from softmark.solvers.materials.two_invariant_law import OfInvariants
+from softmark.solvers.runtime.scalar_or_array import like, log1p, where
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.constraints import Constraint
-    from softmark.solvers.materials.law import Array, Law
+    from softmark.solvers.materials.constitutive_law import Array, Law
+    from softmark.solvers.materials.volumetric_constraints import Constraint
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class NeoHookean(OfInvariants, Isotropic):
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
         """The first part has `local_lambda` for lam."""
-        from softmark.solvers.materials.constraints import LogarithmicVolume
+        from softmark.solvers.materials.volumetric_constraints import LogarithmicVolume
 
         return _Shape(**vars(self)), LogarithmicVolume()
 

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.ranges import Unfit
 from softmark.records import dataclass
-from softmark.solvers.base.elementary import exp, expm1
-from softmark.solvers.materials.stretches import OfStretches
+from softmark.solvers.materials.principal_stretches import OfStretches
+from softmark.solvers.runtime.scalar_or_array import exp, expm1
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)

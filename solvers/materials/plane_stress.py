@@ -10,17 +10,17 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.materials.components import components
-from softmark.solvers.materials.invariants import OfInvariants, invariants
-from softmark.solvers.materials.isotropic import Isotropic, is_array
-from softmark.solvers.materials.law import project
+from softmark.solvers.materials.constitutive_law import project
+from softmark.solvers.materials.isotropic_material import Isotropic, is_array
+from softmark.solvers.materials.tensor_components import components
+from softmark.solvers.materials.two_invariant_law import OfInvariants, invariants
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array, Law
+    from softmark.solvers.materials.constitutive_law import Array, Law
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 ITERATIONS = 60
 LEAST, MOST = 0.1, 10.0  # by which factor the stretch changes at most in one of them
@@ -106,10 +106,10 @@ class PlaneStress:
         return a * along + s * C, slope if c is None else slope + 2.0 * c * along * C
 
     def _at(self, which: Any) -> Any:
-        """The law of the solid at some of the points: one for all, but where constants are arrays (varying.py)."""
+        """The law of the solid at some of the points: one for all unless its constants vary (heterogeneous.py)."""
         if not any(is_array(v) for v in vars(self.solid).values()):
             return self.solid
-        from softmark.solvers.materials.varying import changed
+        from softmark.solvers.materials.heterogeneous import changed
 
         return changed(self.solid, lambda a: a[which])
 

@@ -5,21 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.solvers.materials.blockwise import Blockwise
-from softmark.solvers.materials.components import (
-    add_diagonal,
-    displacement_gradient,
-    inner,
-    trace,
-    transposed,
-)
+from softmark.solvers.materials.batching import Blockwise
+from softmark.solvers.materials.tensor_components import add_diagonal, displacement_gradient, inner, trace, transposed
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.base.elementary import expm1
-from softmark.solvers.materials.components import (
+from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.isotropic_material import Isotropic
+from softmark.solvers.materials.tensor_components import (
     add_carried,
     add_cross,
     add_diagonal,
@@ -21,13 +22,12 @@ from softmark.solvers.materials.components import (
     trace,
     transposed,
 )
-from softmark.solvers.materials.hyperelastic import Hyperelastic
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.runtime.scalar_or_array import expm1
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.constraints import Constraint
-    from softmark.solvers.materials.law import Array, Law
-    from softmark.solvers.materials.principal import Principal
+    from softmark.solvers.materials.constitutive_law import Array, Law
+    from softmark.solvers.materials.principal_axes_law import Principal
+    from softmark.solvers.materials.volumetric_constraints import Constraint
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
         """The first part has `local_lambda` for lam."""
-        from softmark.solvers.materials.constraints import GreenDilatation
+        from softmark.solvers.materials.volumetric_constraints import GreenDilatation
 
         return _Shape(**vars(self)), GreenDilatation()
 
@@ -69,7 +69,7 @@ class StVenantKirchhoff(Hyperelastic, Isotropic):
         add_turned(H, self._S(f))
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
         mu, lam = self.shear_modulus, self.lame_lambda
         E = [0.5 * expm1(2.0 * a) for a in e]
         tr = E[0] + E[1] + E[2]

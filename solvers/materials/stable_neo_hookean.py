@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
-from softmark.solvers.base.elementary import expm1, log1p
-from softmark.solvers.materials.components import (
+from softmark.solvers.materials.hyperelastic import Hyperelastic
+from softmark.solvers.materials.isotropic_material import Isotropic
+from softmark.solvers.materials.tensor_components import (
     add_cross,
     add_identity,
     add_outer,
@@ -17,14 +18,13 @@ from softmark.solvers.materials.components import (
     set_outer,
     volume_change,
 )
-from softmark.solvers.materials.hyperelastic import Hyperelastic
-from softmark.solvers.materials.invariants import invariants
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.two_invariant_law import invariants
+from softmark.solvers.runtime.scalar_or_array import expm1, log1p
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.constraints import Constraint
-    from softmark.solvers.materials.law import Array, Law
-    from softmark.solvers.materials.principal import Principal
+    from softmark.solvers.materials.constitutive_law import Array, Law
+    from softmark.solvers.materials.principal_axes_law import Principal
+    from softmark.solvers.materials.volumetric_constraints import Constraint
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
 
     def finite_mixed(self) -> tuple[Law, Constraint] | None:
         """The first part has `local_lambda` for lam."""
-        from softmark.solvers.materials.constraints import VolumeRatio
+        from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
         return _Shape(**vars(self)), VolumeRatio()
 
@@ -80,7 +80,7 @@ class StableNeoHookean(Hyperelastic, Isotropic):
         add_identity(H, m * (1.0 - 1.0 / more))
 
     def principal(self, e: Sequence[Any]) -> Principal:
-        """psi, tau and its derivative of logarithms of stretches (principal.py)."""
+        """psi, tau and its derivative of logarithms of stretches (principal_axes_law.py)."""
         m, l = self._moduli
         x, j = [expm1(2.0 * a) for a in e], expm1(e[0] + e[1] + e[2])
         stretch, J, own = x[0] + x[1] + x[2], 1.0 + j, [1.0 + a for a in x]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.materials.anisotropic import Bulk, Density, Fibres
-from softmark.solvers.materials.reinforced import ONSET, Onset, Reinforced, Strand
+from softmark.solvers.materials.anisotropic_material import Bulk, Density, Fibres
+from softmark.solvers.materials.fiber_reinforced import ONSET, Onset, Reinforced, Strand
 
 if TYPE_CHECKING:
-    from softmark.solvers.materials.law import Array
+    from softmark.solvers.materials.constitutive_law import Array
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
-from softmark.solvers.elements.cells import determinants
 from softmark.solvers.elements.element import Element
+from softmark.solvers.elements.reference_cells import determinants
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 Bools = Any  # (n,) of numpy

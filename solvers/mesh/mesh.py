@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from softmark.solvers.elements.element import Element
-    from softmark.solvers.mesh.group import Group
+    from softmark.solvers.mesh.mesh_group import Group
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,7 +27,7 @@ class Mesh:
 
     Nodes of a cell are in the order of VTK and meshio. `skin` (f, k) are the boundary facets of a mesh whose cells do
     not match across their faces, where cells alone cannot tell what is boundary. `groups` are parts that a file names,
-    where somebody asked for them (groups.py).
+    where somebody asked for them (mesh_groups.py).
     """
 
     points: Floats  # (n, 3)

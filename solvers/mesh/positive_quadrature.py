@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.base.jit import kernel
 from softmark.solvers.mesh.mesh import Floats, Ints
+from softmark.solvers.runtime.kernel_cache import kernel
 
 NOTHING = 1e-10  # of a column's coordinates: rounding
 ALIKE = 1e-12  # of the largest eigenvalue of functions' products: below it they are the same functions

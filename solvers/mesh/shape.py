@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from softmark.solvers.elements.cells import Tetrahedron
-from softmark.solvers.mesh.cuts import Cut
+from softmark.solvers.elements.reference_cells import Tetrahedron
+from softmark.solvers.mesh.conforming_planes import Cut
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     Surface = tuple[Floats, Ints]
 else:
-    from softmark.solvers.base.deferred import np
+    from softmark.solvers.runtime.lazy_modules import np
 
 Vector3 = tuple[float, float, float]
 Span = tuple[float, float]

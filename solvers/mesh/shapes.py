@@ -12,18 +12,18 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.apart import Apart
-from softmark.solvers.mesh.arc import Arc
-from softmark.solvers.mesh.bowls import Bowl, BowlSection
-from softmark.solvers.mesh.combined import Difference, Intersection, Union
-from softmark.solvers.mesh.cuts import Cut, along, cells
-from softmark.solvers.mesh.divisions import circles, divisions, of_disc, of_rectangle
-from softmark.solvers.mesh.extruded import Extruded
-from softmark.solvers.mesh.filled import Filled
-from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing
-from softmark.solvers.mesh.instruments import HalfSpace, Punch, RoundedBox, Tip
-from softmark.solvers.mesh.revolved import Cone, Revolved
-from softmark.solvers.mesh.sections import Disc, Rectangle
+from softmark.solvers.mesh.arc_shapes import Arc
+from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
+from softmark.solvers.mesh.cell_counts import circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.conforming_planes import Cut, along, cells
+from softmark.solvers.mesh.cross_sections import Disc, Rectangle
+from softmark.solvers.mesh.curved_boundary import Around, cylinders
+from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.ellipsoidal_shells import Bowl, BowlSection
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.plane_regions import Quadrilateral, QuarterRing
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
 from softmark.solvers.mesh.shape import (
     Bounds,
     Prism,
@@ -35,9 +35,9 @@ from softmark.solvers.mesh.shape import (
     placed,
     transverse,
 )
-from softmark.solvers.mesh.sides import Around, cylinders
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.tubes import Tube
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Floats, Mesh
@@ -78,7 +78,7 @@ class Cylinder(RoundPrism):
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.structured import disc, rounded, solid
+        from softmark.solvers.mesh.structured_meshes import disc, rounded, solid
 
         mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
         return rounded(placed(mesh, self.axis, self.origin), self.sides, cylinders(self, cuts))
@@ -177,7 +177,7 @@ class Box(Prism):
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.structured import rectangle, solid
+        from softmark.solvers.mesh.structured_meshes import rectangle, solid
 
         own = self._turned(cuts)
         section = rectangle(self.section.width, self.section.height, size, own)
@@ -222,26 +222,26 @@ class MeshFile(Shape):
 
     def mesh(self, kind: str, size: float = 0.0, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """The cells of the file as an element, of no other size and uncut. Raises UnreadableMesh, UnknownElement."""
-        from softmark.solvers.mesh.files.reading import converted, read
+        from softmark.solvers.mesh.files.mesh_reader import converted, read
 
         return converted(read(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
 
     def named(self, kind: str | None = None) -> Mesh:
         """The same with the groups of the file; without an element as the file has its cells. Raises as `mesh`."""
-        from softmark.solvers.mesh.files.reading import converted, read
+        from softmark.solvers.mesh.files.mesh_reader import converted, read
 
         whole = read(self.path, self.unit, self.coincident, named=True, pieces=self.pieces)
         return whole if kind is None else converted(whole, kind, self.split)
 
     def surface(self, size: float = 0.0) -> Surface:
         """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises UnreadableMesh."""
-        from softmark.solvers.mesh.files.reading import read_surface
+        from softmark.solvers.mesh.files.mesh_reader import read_surface
 
         return read_surface(self.path, self.unit, self.coincident, self.pieces)
 
     def points(self) -> Floats:
         """The points of the file that its cells use (n, 3), m, in the order of the file. Raises UnreadableMesh."""
-        from softmark.solvers.mesh.files.reading import read_points
+        from softmark.solvers.mesh.files.mesh_reader import read_points
 
         return read_points(self.path, self.unit)
 

@@ -9,11 +9,11 @@ import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cuts import Cut, along, lines
-from softmark.solvers.mesh.divisions import circles, divisions
+from softmark.solvers.mesh.cell_counts import circles, divisions
+from softmark.solvers.mesh.conforming_planes import Cut, along, lines
+from softmark.solvers.mesh.curved_boundary import Ellipsoidal
 from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3
-from softmark.solvers.mesh.sides import Ellipsoidal
-from softmark.solvers.mesh.tube import INSIDE_OUT
+from softmark.solvers.mesh.tubes import INSIDE_OUT
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
@@ -107,8 +107,8 @@ class Round(Shape):
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.balls import ball, filled, shell
-        from softmark.solvers.mesh.structured import rounded
+        from softmark.solvers.mesh.ball_blocks import ball, filled, shell
+        from softmark.solvers.mesh.structured_meshes import rounded
 
         (side, shells), largest = self.counts(size, cuts), max(self.outer)
         core, *beyond = radii = self._radii(size, cuts)

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.base.jit import kernel
 from softmark.solvers.mesh.mesh import Floats, Ints
+from softmark.solvers.runtime.kernel_cache import kernel
 
 MANY = 4096  # voxels of a box, beyond which blocks of voxels are looked at
 

@@ -15,7 +15,7 @@ from numba import types
 from numba.extending import get_cython_function_address, intrinsic
 from numpy.typing import NDArray
 
-from softmark.solvers.base.scipy_parts import lone
+from softmark.solvers.runtime.scipy_submodules import lone
 
 ROUTINES = (
     *(("lapack", "potrf"), ("blas", "trsm"), ("blas", "syrk")),

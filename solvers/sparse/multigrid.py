@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.sparse.gradients import conjugate_gradients
+from softmark.solvers.sparse.conjugate_gradients import conjugate_gradients
 
 NAME = "smoothed aggregation multigrid with conjugate gradients (pyamg)"
 # aggregates, of six unknowns each, that are solved by a factor; a level below them costs iterations: 240 000 unknowns

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.linear.factorisations import Factor, Singular
-from softmark.solvers.linear.systems import TIGHTEST
-from softmark.solvers.statics.newton import Newton
-from softmark.solvers.statics.problem import NotConverged, Statics
+from softmark.solvers.linear.linear_solver import TIGHTEST
+from softmark.solvers.statics.static_newton import Newton
+from softmark.solvers.statics.static_problem import NotConverged, Statics
 
 FIRST = 0.1  # of the length of a linear path to full load: the first step
 FINEST = 1e-6  # of the same: the shortest step

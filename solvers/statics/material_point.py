@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.materials.constraints import Constraint, OfVolume
-from softmark.solvers.materials.law import Law
-from softmark.solvers.statics.point_state import (
+from softmark.solvers.materials.constitutive_law import Law
+from softmark.solvers.materials.volumetric_constraints import Constraint, OfVolume
+from softmark.solvers.statics.isotropic_material_point import PrincipalPoint, in_reach
+from softmark.solvers.statics.material_point_state import (
     FARTHEST,
     HALVINGS,
     HELD,
@@ -31,7 +32,6 @@ from softmark.solvers.statics.point_state import (
     NoState,
     PointState,
 )
-from softmark.solvers.statics.principal_point import PrincipalPoint, in_reach
 
 __all__ = ["FLAT", "Drive", "Floats", "MaterialPoint", "NoState", "PointState"]
 
@@ -70,9 +70,9 @@ class MaterialPoint:
         return self._first(drive, self.steady)
 
     def steady(self, state: PointState) -> bool:
-        """Whether its law is stable after Drucker in a state, or is not asked (materials/drucker.py)."""
-        from softmark.solvers.materials.asked import Held
-        from softmark.solvers.materials.drucker import lost
+        """Whether its law is stable after Drucker in a state, or is not asked (materials/drucker_stability.py)."""
+        from softmark.solvers.materials.batched_stability import Held
+        from softmark.solvers.materials.drucker_stability import lost
 
         held = None
         if self.constraint is not None:

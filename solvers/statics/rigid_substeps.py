@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.contact.gaps.gap import Gap, inside
-from softmark.solvers.contact.passing import entered
-from softmark.solvers.contact.pose import Pose, Posed, declared
+from softmark.solvers.contact.rigid_transform import Pose, Posed, declared
+from softmark.solvers.contact.signed_distance.distance_function import Gap, inside
+from softmark.solvers.contact.tunnelling_check import entered
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics.problem import Equilibrium, Iteration, NotConverged, Statics
+from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
 
 Find = Callable[[Statics], Equilibrium]
 

@@ -11,7 +11,7 @@ import math
 import sys
 
 import softmark
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run
 
 CASES = [  # length, depth and width (0: round) in mm, Poisson's ratio, k, clamps
     (60, 10, 10, 0.49, 0.5, 1), (60, 10, 10, 0.3, 0.5, 1), (60, 10, 10, 0.49, 6, 1), (75, 10, 0, 0.49, 20, 2),

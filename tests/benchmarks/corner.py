@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.contact.touching import Touching
+from softmark.solvers.contact.rigid_contact import Touching
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.impact import Impact
-from softmark.solvers.dynamics.march import march
+from softmark.solvers.dynamics.dynamic_contact import Impact
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import MotionNotConverged
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "solvers"))
 STEP, PARTS, EVERY = 5e-4, 24, 100

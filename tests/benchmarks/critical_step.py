@@ -19,19 +19,19 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.mass import lumped_mass, mass_points
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.scheme import Motion, StepFailed
-from softmark.solvers.dynamics.system import System
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.implicit_step import System
+from softmark.solvers.dynamics.integrator import Motion, StepFailed
+from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_points
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.distort import distorted
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.network import network
+from softmark.solvers.mesh.mesh_distortion import distorted
 from softmark.solvers.mesh.shapes import Box
+from softmark.solvers.mesh.spring_edges import network
 
 STEPS = 400  # at 0.3 % beyond the edge each multiplies by 1.08 where nothing damps
 SPEED = 1e-7  # m in a step: strains stay so small that the body is linear, and far above rounding
@@ -111,7 +111,7 @@ def settled(energy: Any, x: np.ndarray, fixed: np.ndarray) -> np.ndarray:
     if not np.any(x):
         return x
     from softmark.solvers.energies.energy import VectorSpace
-    from softmark.solvers.statics.equilibrium import Statics, equilibrium
+    from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
     assembly = Assembly(x.size, fixed, [energy], [])
     return np.asarray(equilibrium(Statics(assembly, VectorSpace(x.size), np.zeros(x.size), fixed, x[fixed], 1e-9)).x)

@@ -203,7 +203,7 @@ def requests(offered: dict[str, Any] | None, uri: str, line: int, character: int
 
 def prefixes(step: int, tokens: bool, part: str) -> int:
     """Cut every scene off, ask at its end, and print what is slow or raises; how many there were."""
-    from softmark.grammar.lex import lex
+    from softmark.grammar.lexer import lex
 
     number, parts = map(int, part.split("/"))
     took: dict[str, list[tuple[float, str]]] = defaultdict(list)
@@ -225,9 +225,9 @@ def prefixes(step: int, tokens: bool, part: str) -> int:
 
 def answered(file: Path, text: str, took: dict[str, list[tuple[float, str]]]) -> int:
     """Ask at the end of a text, and say what is slow or raises; how many that are."""
-    from softmark.interpreter.editor.diagnostics import diagnostics
-    from softmark.interpreter.editor.document import Document
-    from softmark.interpreter.editor.refused import Refused
+    from softmark.interpreter.language_server.published_diagnostics import diagnostics
+    from softmark.interpreter.language_server.request_refused import Refused
+    from softmark.interpreter.language_server.text_document import Document
 
     document = Document(text, file.parent, file, snippets=True)
     asked = {"diagnostics": lambda: diagnostics(document), **questions(document)}
@@ -256,14 +256,14 @@ def questions(document: Any) -> dict[str, Callable[[], object]]:
 
     from lsprotocol import types
 
-    from softmark.interpreter.editor.server import FEATURES
+    from softmark.interpreter.language_server.server import FEATURES
 
     at = document.position(len(document.text))
     found = {}
     for method, params in requests(None, document.uri, at.line, at.character):
         feature = FEATURES[method]
         module, function = feature.answer.split(":")
-        answer = getattr(import_module(f"softmark.interpreter.editor.{module}"), function)
+        answer = getattr(import_module(f"softmark.interpreter.language_server.{module}"), function)
         about = SimpleNamespace(documents={document.uri: document}) if feature.wide else document
         given = converter().structure(params, types.METHOD_TO_TYPES[method][2])
         found[method] = lambda answer=answer, about=about, given=given: answer(about, given)

@@ -1,8 +1,10 @@
 """What the documentation's gallery shows of the shipped scenes: `python tests/benchmarks/gallery.py [SCENE ...]`.
 
-Runs one after another, each in a process of its own, and writes `interpreter/pages/gallery.json` (numbers, verdicts,
-sources, CPU time) and `interpreter/pages/pictures/gallery/SCENE.png`. Scenes whose text is the one that their numbers
-are of are left out: interrupted, it goes on where it was. `--fresh` runs them again, `--timeout` is s of CPU of each.
+Runs one after another, each in a process of its own, and writes `interpreter/documentation/gallery.json` (numbers,
+verdicts, sources, CPU time) and `interpreter/documentation/pictures/gallery/SCENE.png`. Scenes whose text is the one
+that their
+numbers are of are left out: interrupted, it goes on where it was. `--fresh` runs them again, `--timeout` is s of CPU
+of each.
 """
 
 from __future__ import annotations
@@ -17,11 +19,11 @@ from typing import TYPE_CHECKING, Any
 
 from gallery_pictures import picture_of
 
-from softmark.interpreter.language.sources import standard_scenes
-from softmark.interpreter.pages.gallery import NUMBERS, PICTURES, known, text_hash
+from softmark.interpreter.documentation.scene_gallery import NUMBERS, PICTURES, known, text_hash
+from softmark.interpreter.language.scene_sources import standard_scenes
 
 if TYPE_CHECKING:
-    from softmark.interpreter.results.report import ModelResult, ReferenceResult
+    from softmark.interpreter.results.run_report import ModelResult, ReferenceResult
 
 Json = dict[str, Any]
 LAST = ("silicone-beam-", "ironing", "half-spheres", "truth-cube", "ventricle", "cantilevers", "pin-", "coated-rod")

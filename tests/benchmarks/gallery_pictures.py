@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from softmark import Report
-from softmark.interpreter.report.charts.colours import viridis
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.view3d.camera import view_of
-from softmark.interpreter.report.view3d.section import _drawable
-from softmark.interpreter.report.view3d.still import axes_of
-from softmark.interpreter.results.report import SeenSurface
+from softmark.interpreter.report.charts.viridis import viridis
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.view3d.shapes_section import _drawable
+from softmark.interpreter.report.view3d.still_picture import axes_of
+from softmark.interpreter.report.view3d.view_camera import view_of
+from softmark.interpreter.results.run_report import SeenSurface
 from softmark.records import dataclass
 
 Floats = NDArray[np.float64]

@@ -27,8 +27,8 @@ from typing import Any
 import numpy as np
 from indentation_section import FINE, HEIGHT, LAM, MU, POISSON, RADIUS, TRAVELS, WIDTH, YOUNG, graded, hertz
 
-from softmark.interpreter.models.outside.adapters.calculix import cells as cards
-from softmark.interpreter.models.outside.adapters.calculix import chosen, nodes, version
+from softmark.interpreter.models.external.adapters.calculix import cells as cards
+from softmark.interpreter.models.external.adapters.calculix import chosen, nodes, version
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -224,15 +224,15 @@ def read(path: Path, model: str = "") -> tuple[Floats, Any]:
 def of_scene(text: str, model: str = "") -> tuple[Floats, Any]:
     """Points (n, 3), mm, and cells that a model of a scene (its first, if none is named) is solved on."""
     import softmark
-    from softmark.interpreter.plan.plan import plan_of
-    from softmark.interpreter.run import answers, models, probes
-    from softmark.interpreter.run.options import Options
+    from softmark.interpreter.pipeline import model_runs, probe_sampling, run_state
+    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.planning.run_plan import plan_of
 
     scene = softmark.loads(text).scene
     plan = plan_of(scene, (model,) if model else ())
-    work = answers.works_of(scene, plan, Options(draw=False), [])[0]
-    probes.place(work)
-    models.prepare(work)
+    work = run_state.works_of(scene, plan, Options(draw=False), [])[0]
+    probe_sampling.place(work)
+    model_runs.prepare(work)
     mesh = work.prepared[model or plan.models[0]][0].mesh
     return 1e3 * mesh.points, mesh.cells
 

@@ -21,9 +21,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
 import indented
 
 from softmark import loads
-from softmark.interpreter.plan.plan import plan_of
-from softmark.interpreter.run import answers, models, probes
-from softmark.interpreter.run.options import Options
+from softmark.interpreter.pipeline import model_runs, probe_sampling, run_state
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.planning.run_plan import plan_of
 
 CUBE = """softmark 1
 scene "a cube"
@@ -48,9 +48,9 @@ def prepared(text: str) -> list[Any]:
     """Of every state, warm."""
     scene = loads(text).scene
     found = []
-    for work in answers.works_of(scene, plan_of(scene, ()), Options(draw=False), []):
-        probes.place(work)
-        models.prepare(work)
+    for work in run_state.works_of(scene, plan_of(scene, ()), Options(draw=False), []):
+        probe_sampling.place(work)
+        model_runs.prepare(work)
         found.append(work.prepared["cells"][0])
     found[0].warm()
     return found

@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
 import indented
 
 from softmark import loads
-from softmark.interpreter.run.options import Options, Sound
-from softmark.interpreter.run.pipeline import report_of
+from softmark.interpreter.pipeline.run_options import Options, Sound
+from softmark.interpreter.pipeline.run_pipeline import report_of
 
 CELLS = [f"{element}:{size}" for element in ("quad4, integration = selective", "quad8") for size in (2, 1, 0.5)]
 

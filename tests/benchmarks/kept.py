@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from softmark.interpreter.language.sources import standard_scenes
+from softmark.interpreter.language.scene_sources import standard_scenes
 
 SAID = (
     r'"started": "[^"]*"', r',\s*"kept": "[^"]*"', r'<p class="kept[^>]*>.*?</p>', r"<time[^>]*>[^<]*</time>",

@@ -19,18 +19,18 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.assembly.mixed_elements import with_pressures
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import Floats, VectorSpace
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy, MeanDilatation
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.cell_splitting import chessboard, meshed
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.splits import chessboard, meshed
-from softmark.solvers.statics.equilibrium import Linear, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Linear, Statics, equilibrium
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))
 from octant import octant

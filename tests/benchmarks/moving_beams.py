@@ -11,11 +11,11 @@ import sys
 import numpy as np
 
 import softmark
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.shared.motion import PreparedMotion
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_for
-from softmark.solvers.dynamics.march import march
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion
+from softmark.interpreter.problem.body_case import case_for
+from softmark.solvers.dynamics.time_integration import march
 
 SCENE = """
 material gum = linear_elastic(young = 1.8 MPa, poisson = 0.3, density = 1000 kg/m^3)

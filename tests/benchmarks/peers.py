@@ -26,8 +26,8 @@ import numpy as np
 
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
-from softmark.solvers.mesh.splits import meshed, with_nodes
-from softmark.solvers.mesh.structured import disc, extrude
+from softmark.solvers.mesh.cell_splitting import meshed, with_nodes
+from softmark.solvers.mesh.structured_meshes import disc, extrude
 
 HERE = Path(__file__).parent / "peers"
 MESHES = {  # edge across and along, m, and whether quadratic

@@ -1,7 +1,7 @@
 """The measured ranges that `dsl explain` shows: `python tests/benchmarks/ranges.py DIR/stress.json SECONDS [WORD ...]`.
 
 `dsl stress beam-at-the-extremes --timeout SECONDS --out DIR` makes the file; this writes its part of
-`interpreter/dictionary/ranges.json` from it. With words the pages of these show it, as `between rigid hertz` of an
+`interpreter/help/ranges.json` from it. With words the pages of these show it, as `between rigid hertz` of an
 indentation, and not those of its models; `tied=one` is a word that the model `one` alone is about.
 """
 
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 import softmark
-from softmark.interpreter.dictionary import ranges
+from softmark.interpreter.help import validity_ranges
 
 
 def main(file: str, seconds: str, *words: str) -> None:
@@ -20,13 +20,13 @@ def main(file: str, seconds: str, *words: str) -> None:
     stress = json.loads(Path(file).read_text(encoding="utf-8"))
     scene = softmark.load(stress["scene"]["file"])
     constructors = {name: declared.constructor.name for name, declared in scene.scene.of_kind("model").items()}
-    found = ranges.ranges_of(stress, constructors, float(seconds))
+    found = validity_ranges.ranges_of(stress, constructors, float(seconds))
     said = [(word, model) for word, _, model in (each.partition("=") for each in words)]
     found |= {"words": [word for word, _ in said]} if words else {}
     if any(model for _, model in said):
         for own in found["models"]:
             own["words"] = [word for word, model in said if model in ("", own["model"])]
-    path = Path(ranges.__file__).with_name(ranges.FILE)
+    path = Path(validity_ranges.__file__).with_name(validity_ranges.FILE)
     others = [study for study in json.loads(path.read_text(encoding="utf-8")) if study["scene"] != found["scene"]]
     path.write_text(json.dumps([*others, found], indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     print(f"{path}: {len(found['models'])} models from {found['points']} points")

@@ -34,19 +34,19 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.dynamics.scheme import Motion
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.integrator import Motion
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory, timing
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.cell_splitting import meshed
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.splits import meshed
-from softmark.solvers.mesh.structured import disc, extrude
+from softmark.solvers.mesh.structured_meshes import disc, extrude
 
 L, R, E, NU, RHO, DOWN = 0.178, 0.019, 60e3, 0.49, 1070.0, 9.81
 STEP = 0.01  # s

@@ -29,17 +29,17 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
+from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.network import network
-from softmark.solvers.mesh.structured import PlaneMesh, solid
-from softmark.solvers.statics.disturbances import DISTURBANCES, DisturbedNodes, disturbed
-from softmark.solvers.statics.equilibrium import NotConverged, Statics
-from softmark.solvers.statics.recovery import Tangled, inside_out, recovered
+from softmark.solvers.mesh.spring_edges import network
+from softmark.solvers.mesh.structured_meshes import PlaneMesh, solid
+from softmark.solvers.statics.perturbed_states import DISTURBANCES, DisturbedNodes, disturbed
+from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+from softmark.solvers.statics.static_equilibrium import NotConverged, Statics
 
 NEAR = 1e-6  # of the block's size: at rest
 LAWS = ("neo_hookean", "corotational", "stable_neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff", "springs")

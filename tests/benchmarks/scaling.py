@@ -31,7 +31,7 @@ probe tip = point(beam, at = (178, 0, 0) mm)
 
 def one(size: float, poisson: float, method: str) -> dict[str, Any]:
     """Facts about one size, in this process."""
-    from softmark.interpreter.face.api import loads
+    from softmark.interpreter.api.python_api import loads
 
     chosen = "" if method == "auto" else f", linear = {method}"
     report = loads(SCENE.format(size=size, poisson=poisson, method=chosen)).run().to_json()

@@ -20,8 +20,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from softmark.interpreter.face.api import loads
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.api.python_api import loads
+from softmark.interpreter.pipeline.run_pipeline import Options, run
 
 UNCERTAIN = 0.004  # of the truth, relative
 

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from closed_forms import Case, cases
 
-from softmark.interpreter.evidence import error_estimate
-from softmark.interpreter.face.api import loads
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.api.python_api import loads
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.verification import error_estimate
 
 EXACT = 1e-7  # of the scale of a quantity: true errors below it have no ratio
 FREE = 5.0  # s of CPU that stating may take in any case

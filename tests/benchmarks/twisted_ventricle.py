@@ -17,12 +17,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from softmark.interpreter.vocabulary.fibres import Helix
+from softmark.interpreter.vocabulary.fiber_words import Helix
 from softmark.records import dataclass
-from softmark.solvers.materials.active import Tension
-from softmark.solvers.materials.frame import Frame
+from softmark.solvers.materials.active_stress import Tension
 from softmark.solvers.materials.guccione import Guccione
-from softmark.solvers.materials.varying import Varying
+from softmark.solvers.materials.heterogeneous import Varying
+from softmark.solvers.materials.material_axes import Frame
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 

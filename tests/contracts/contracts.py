@@ -24,24 +24,24 @@ import numpy as np
 from along_an_axis import check_swept
 
 from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.api.python_api import checked
 from softmark.interpreter.cli.conformance import Breach
-from softmark.interpreter.cli.conformance.metrics import of_metric
-from softmark.interpreter.cli.conformance.trials import CLAMP, LOADED, LOOK
-from softmark.interpreter.cli.conformance.words import of_text, of_word
-from softmark.interpreter.evidence.kinds import voucher_of
-from softmark.interpreter.evidence.kinds.voucher import Voucher
-from softmark.interpreter.face.api import checked
-from softmark.interpreter.language.scene import Declared, Scene
+from softmark.interpreter.cli.conformance.metric_contracts import of_metric
+from softmark.interpreter.cli.conformance.trial_scenes import CLAMP, LOADED, LOOK
+from softmark.interpreter.cli.conformance.word_contracts import of_text, of_word
+from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models import MODELS
-from softmark.interpreter.models.builders import build, load
-from softmark.interpreter.models.shared.model import Model
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import Case, case_for, case_of
-from softmark.interpreter.problem.points import place_of
-from softmark.interpreter.results.report import ModelKind, ModelResult
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.models.model_builders import build, load
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.problem.body_case import Case, case_for, case_of
+from softmark.interpreter.problem.probe_points import place_of
+from softmark.interpreter.results.run_report import ModelKind, ModelResult
+from softmark.interpreter.verification.by_model import voucher_of
+from softmark.interpreter.verification.by_model.verifier import Voucher
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
-from softmark.interpreter.vocabulary.loads import (
+from softmark.interpreter.vocabulary.load_words import (
     AtPoint,
     Follower,
     Load,
@@ -52,7 +52,7 @@ from softmark.interpreter.vocabulary.loads import (
     Tensile,
     Turning,
 )
-from softmark.interpreter.vocabulary.supports import Support
+from softmark.interpreter.vocabulary.support_words import Support
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, Section, Shape, Swept, transverse
 

@@ -30,23 +30,23 @@ from contracts import (
     scene_of,
 )
 
-from softmark.interpreter.dictionary.words import constructor_page
-from softmark.interpreter.evidence.kinds.voucher import Voucher
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.language.schema import Constructor, _fields
+from softmark.interpreter.help.word_pages import constructor_page
+from softmark.interpreter.language.field_schema import Constructor, _fields
 from softmark.interpreter.metrics import METRICS
 from softmark.interpreter.models import MODELS
-from softmark.interpreter.models.builders import BUILDERS
-from softmark.interpreter.models.shared.model import Model
-from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.models.model_builders import BUILDERS
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.verification.by_model.verifier import Voucher
 from softmark.interpreter.vocabulary import LOADS, PROBES, SUPPORTS
-from softmark.interpreter.vocabulary.analyses import EXPLICIT
-from softmark.interpreter.vocabulary.loads import Load, PerMass
+from softmark.interpreter.vocabulary.analysis_words import EXPLICIT
+from softmark.interpreter.vocabulary.load_words import Load, PerMass
 from softmark.records import dataclass
 from softmark.references import REFERENCES
-from softmark.references.reference import How, Reference
+from softmark.references.reference_base import How, Reference
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.mesh.combined import Combined
+from softmark.solvers.mesh.boolean_shapes import Combined
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import SHAPES, Box, Sphere
@@ -253,7 +253,7 @@ def test_a_load_that_acts_in_a_known_way_is_one_class_and_one_line(wind: str) ->
                   "mass_spring(stiffness = from_material(), size = 10 mm)"):  # fmt: skip
         scene, found = scene_of(f"{BODY}{CLAMP}{LOOK}load w = {wind}(2 m/s^2)\nmodel m = {words}\n")
         assert errors(found) == []
-        from softmark.interpreter.run.pipeline import Options, run
+        from softmark.interpreter.pipeline.run_pipeline import Options, run
 
         model = run(scene, found, Options(draw=False)).models["m"]
         assert model.status == "converged"
@@ -288,7 +288,7 @@ def test_a_shape_that_says_next_to_nothing_is_meshed_solved_and_drawn() -> None:
         text = f"{body}{CLAMP}{LOOK}load w = gravity(2 m/s^2)\nmetric sag = displacement(tip, along = -z)\n"
         scene, found = scene_of(f"{text}model m = fem(hex8, strain = corotational, size = 10 mm)\n")
         assert errors(found) == []
-        from softmark.interpreter.run.pipeline import Options, run
+        from softmark.interpreter.pipeline.run_pipeline import Options, run
 
         report = run(scene, found, Options())
         model = report.models["m"]

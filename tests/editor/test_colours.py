@@ -17,13 +17,22 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 
-from softmark.grammar.table import reserved
+from softmark.grammar.parse_table import reserved
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.dictionary.words import constructors
-from softmark.interpreter.editor.colours import EDITORS, emacs, kate, neovim, textmate, tree_sitter, vim, vscode
-from softmark.interpreter.editor.colours.roles import parts
-from softmark.interpreter.editor.colours.words import Words, words
-from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.help.word_pages import constructors
+from softmark.interpreter.language_server.syntax_highlighting import (
+    EDITORS,
+    emacs_mode,
+    kate_syntax,
+    neovim_files,
+    textmate_grammar,
+    tree_sitter_grammar,
+    vim_syntax,
+    vscode_extension,
+)
+from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import Words, words
+from softmark.interpreter.language_server.syntax_highlighting.token_roles import parts
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.scenes import ROOT
 
 HOUSE = Path(__file__).parents[2]
@@ -40,7 +49,7 @@ def test_the_words_are_those_of_the_classes() -> None:
 
 
 def _of_textmate() -> Words:
-    found = textmate.grammar()["repository"]
+    found = textmate_grammar.grammar()["repository"]
 
     def alternatives(name: str) -> list[str]:
         inside = re.search(r"\(?(?:\?:)?((?:\w+\|)+\w+)\)", found[name]["match"])
@@ -51,7 +60,7 @@ def _of_textmate() -> Words:
 
 
 def _of_vim() -> Words:
-    text = vim.syntax()
+    text = vim_syntax.syntax()
     lists = [re.search(rf"scene{name} '[^(]*\(([\w|]+)\)", text) for name in ("Kind", "Constructor", "Function")]
     constant = re.search(r"sceneConstant '[^(]*<\(([\w|]+)\)", text)
     found = [sorted(one[1].split("|")) for one in (*lists, constant) if one]
@@ -59,19 +68,19 @@ def _of_vim() -> Words:
 
 
 def _of_emacs() -> Words:
-    text = emacs.files()[emacs.FILE].decode()
+    text = emacs_mode.files()[emacs_mode.FILE].decode()
     assert "@" not in text
     found = {name: re.findall(r'"(\w+)"', inside) for name, inside in re.findall(r"softmark-(\w+) '\(([^)]*)\)", text)}
     return Words(**found)
 
 
 def _of_kate() -> Words:
-    root = Xml.fromstring(kate.syntax())
+    root = Xml.fromstring(kate_syntax.syntax())
     return Words(**{str(one.get("name")): [str(item.text) for item in one] for one in root.iter("list")})
 
 
 def _of_tree_sitter() -> Words:
-    text = tree_sitter.queries()
+    text = tree_sitter_grammar.queries()
     quoted = r'((?:"\w+" ?)+)'
     patterns = {
         "reserved": rf"\[{quoted}\] @keyword",
@@ -92,7 +101,7 @@ def test_every_editor_knows_these_words_and_no_others(read: Any) -> None:
 
 def _patterns() -> dict[str, str]:
     """Its regular expressions; Python writes the letters of Oniguruma otherwise."""
-    found = {name: part["match"] for name, part in textmate.grammar()["repository"].items() if "match" in part}
+    found = {name: part["match"] for name, part in textmate_grammar.grammar()["repository"].items() if "match" in part}
     return {name: pattern.replace("[[:alpha:]µμ]", r"[^\W\d_]") for name, pattern in found.items()}
 
 
@@ -140,7 +149,7 @@ def test_the_engine_of_vs_code_gives_every_word_of_the_scenes_its_role(tmp_path:
     )
     if found.returncode:
         pytest.skip("vscode-textmate is not installed here")
-    grammar = _written(textmate.files(), tmp_path) / textmate.FILE
+    grammar = _written(textmate_grammar.files(), tmp_path) / textmate_grammar.FILE
     ask = ["node", str(Path(__file__).parents[1] / "shared" / "textmate_tokens.js"), str(grammar), *map(str, SCENES)]
     seen = json.loads(subprocess.run(ask, capture_output=True, text=True, check=True, timeout=60).stdout)
     for scene in SCENES:
@@ -187,7 +196,7 @@ def test_pygments_finds_the_lexers_by_the_project_file() -> None:
     for point in points.values():
         module, _, name = point.partition(":")
         assert name in vars(import_module(module))
-    from softmark.interpreter.editor.colours.pygments_lexer import MessageLexer, SceneLexer
+    from softmark.interpreter.language_server.syntax_highlighting.pygments_lexer import MessageLexer, SceneLexer
 
     for scene in SCENES[:10]:
         text = scene.read_text(encoding="utf-8")
@@ -224,8 +233,8 @@ def test_the_command_says_what_there_is(capsys: pytest.CaptureFixture[str], tmp_
 
 
 def test_the_extension_of_vs_code_is_whole() -> None:
-    made = vscode.files()[vscode.FILE]
-    assert made == vscode.files()[vscode.FILE]  # the same sources, the same file
+    made = vscode_extension.files()[vscode_extension.FILE]
+    assert made == vscode_extension.files()[vscode_extension.FILE]  # the same sources, the same file
     with zipfile.ZipFile(io.BytesIO(made)) as archive:
         assert archive.testzip() is None
         names = set(archive.namelist())
@@ -248,7 +257,7 @@ def test_the_extension_of_vs_code_is_whole() -> None:
     ]
     assert {f"extension/{name.removeprefix('./')}" for name in named} <= names
     assert given["grammars"][0]["scopeName"] == grammar["scopeName"]
-    assert f'"{given["languages"][0]["id"]}"' in vscode.CLIENT.read_text()
+    assert f'"{given["languages"][0]["id"]}"' in vscode_extension.CLIENT.read_text()
 
 
 def _needs(program: str) -> str:
@@ -284,7 +293,7 @@ qall!
 @pytest.mark.slow
 @pytest.mark.parametrize("program", ["vim", "nvim"])
 def test_vim_and_neovim_colour_a_scene(program: str, tmp_path: Path) -> None:
-    files = vim.files() if program == "vim" else neovim.files()
+    files = vim_syntax.files() if program == "vim" else neovim_files.files()
     folder = _written(files, tmp_path / "runtime")
     (tmp_path / "a.scene").write_text(SMALL)
     script = tmp_path / "script.vim"
@@ -297,7 +306,7 @@ def test_vim_and_neovim_colour_a_scene(program: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_emacs_compiles_the_mode_and_colours_a_scene(tmp_path: Path) -> None:
-    library = _written(emacs.files(), tmp_path) / emacs.FILE
+    library = _written(emacs_mode.files(), tmp_path) / emacs_mode.FILE
     (tmp_path / "a.scene").write_text(SMALL)
     ask = (
         "(progn (setq byte-compile-error-on-warn t) "
@@ -314,7 +323,7 @@ def test_emacs_compiles_the_mode_and_colours_a_scene(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_kate_colours_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the program of KSyntaxHighlighting, which Kate uses."""
-    _written({f"org.kde.syntax-highlighting/syntax/{kate.SYNTAX}": kate.syntax()}, tmp_path)
+    _written({f"org.kde.syntax-highlighting/syntax/{kate_syntax.SYNTAX}": kate_syntax.syntax()}, tmp_path)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
     (tmp_path / "a.scene").write_text(SMALL)
@@ -342,7 +351,7 @@ def test_the_client_of_vs_code_talks_with_the_server(our_dsl: str, tmp_path: Pat
     scene = tmp_path / "a.scene"
     scene.write_text((ROOT / "templates" / "beam.scene").read_text().replace("length = L", "lenth = L"))
     stub = Path(__file__).parents[1] / "shared" / "vscode_stub.js"
-    ask = [_needs("node"), str(stub), str(vscode.CLIENT), our_dsl, str(scene)]
+    ask = [_needs("node"), str(stub), str(vscode_extension.CLIENT), our_dsl, str(scene)]
     done = subprocess.run(ask, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
@@ -367,7 +376,7 @@ def test_the_client_names_plugins_of_its_settings_but_none_beside_a_scene_that_i
     scene.write_text((ROOT / "templates" / "beam.scene").read_text().replace("length = L", "lenth = L"))
     (tmp_path / "bad.py").write_text("SOFTMARK = {")
     stub = Path(__file__).parents[1] / "shared" / "vscode_stub.js"
-    ask = [_needs("node"), str(stub), str(vscode.CLIENT), our_dsl, str(scene), named.format(folder=tmp_path)]
+    ask = [_needs("node"), str(stub), str(vscode_extension.CLIENT), our_dsl, str(scene), named.format(folder=tmp_path)]
     done = subprocess.run(ask, capture_output=True, text=True, timeout=60, env={**os.environ, "STUB_TRUSTED": trusted})
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
@@ -378,7 +387,7 @@ def test_the_client_names_plugins_of_its_settings_but_none_beside_a_scene_that_i
 
 def test_a_folder_that_is_not_trusted_chooses_nothing_that_is_run() -> None:
     """VS Code leaves out what such a folder says of restricted settings: all that we have, each names what is run."""
-    package = vscode.package()
+    package = vscode_extension.package()
     own = set(package["contributes"]["configuration"]["properties"])
     assert own == {"softmark.command", "softmark.plugins"}
     trust = package["capabilities"]["untrustedWorkspaces"]
@@ -390,7 +399,13 @@ def test_a_folder_that_is_not_trusted_chooses_nothing_that_is_run() -> None:
 def test_the_client_says_how_to_install_a_server_that_is_not_there(tmp_path: Path) -> None:
     stub = Path(__file__).parents[1] / "shared" / "vscode_stub.js"
     (tmp_path / "a.scene").touch()
-    ask = [_needs("node"), str(stub), str(vscode.CLIENT), str(tmp_path / "nothing"), str(tmp_path / "a.scene")]
+    ask = [
+        _needs("node"),
+        str(stub),
+        str(vscode_extension.CLIENT),
+        str(tmp_path / "nothing"),
+        str(tmp_path / "a.scene"),
+    ]
     done = subprocess.run(ask, capture_output=True, text=True, timeout=60)
     assert done.returncode == 3
     assert 'pip install "softmark[lsp]"' in done.stderr
@@ -404,9 +419,9 @@ def test_a_host_of_extensions_installs_ours(tmp_path: Path, monkeypatch: pytest.
     if host is None:
         pytest.skip("no VS Code, nor anything like it, is here")
     monkeypatch.setenv("HOME", str(tmp_path))
-    extension = _written(vscode.files(), tmp_path) / vscode.FILE
+    extension = _written(vscode_extension.files(), tmp_path) / vscode_extension.FILE
     ask = [*host.split(), "--install-extension", str(extension), "--extensions-dir", str(tmp_path / "theirs")]
     done = subprocess.run(ask, capture_output=True, text=True, timeout=120)
     assert "successfully installed" in done.stdout, done.stdout + done.stderr
     (package,) = (tmp_path / "theirs").glob("softmark.softmark-*/package.json")
-    assert json.loads(package.read_text())["contributes"] == vscode.package()["contributes"]
+    assert json.loads(package.read_text())["contributes"] == vscode_extension.package()["contributes"]

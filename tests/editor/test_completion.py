@@ -11,10 +11,10 @@ pytest.importorskip("lsprotocol")
 from editor_texts import SCENE, completed, hovered, marked, signed
 from lsprotocol import types
 
-from softmark.interpreter.editor.completion import plain
-from softmark.interpreter.editor.document import Document
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
+from softmark.interpreter.language_server.code_completion import plain
+from softmark.interpreter.language_server.text_document import Document
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 pytestmark = pytest.mark.slow
 

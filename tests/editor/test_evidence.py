@@ -17,8 +17,8 @@ from lsprotocol import types
 from marked import marked, whole
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.editor import hints
-from softmark.interpreter.editor.document import Document
+from softmark.interpreter.language_server import inlay_hints
+from softmark.interpreter.language_server.text_document import Document
 
 pytestmark = pytest.mark.slow
 
@@ -45,7 +45,7 @@ expect rod.etalon  >  1 um
 
 def beside(document: Document) -> dict[str, str]:
     """What stands behind each text, of all hints of a document, by the text of the line up to there."""
-    found = hints.hints(document, types.InlayHintParams(types.TextDocumentIdentifier(""), whole(document)))
+    found = inlay_hints.hints(document, types.InlayHintParams(types.TextDocumentIdentifier(""), whole(document)))
     starts = document.starts
     return {document.text[starts[h.position.line] : document.offset(h.position)]: str(h.label).strip() for h in found}
 
@@ -101,7 +101,7 @@ def test_what_was_measured_of_an_earlier_text_says_so_wherever_its_line_is_now(m
     assert not any(line.startswith("expect rod.eta ") for line in changed)
     line = types.Range(types.Position(17, 0), types.Position(17, 9))
     asked = types.InlayHintParams(types.TextDocumentIdentifier(""), line)
-    hint = hints.hints(Document(now, measured.parent, measured), asked)
+    hint = inlay_hints.hints(Document(now, measured.parent, measured), asked)
     assert isinstance(hint[0].tooltip, types.MarkupContent)
     assert "has changed since" in hint[0].tooltip.value
     assert "hangs-report/report.json" in hint[0].tooltip.value

@@ -15,8 +15,8 @@ pytest.importorskip("lsprotocol")
 from editor_texts import SCENE, answers
 from lsprotocol import types
 
-from softmark.interpreter.editor.document import Document
-from softmark.interpreter.editor.opened import changed
+from softmark.interpreter.language_server.open_documents import changed
+from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
 
 pytestmark = pytest.mark.slow

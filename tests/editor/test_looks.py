@@ -13,8 +13,14 @@ from lsprotocol import types
 from marked import Marked, after, marked, whole
 from pygls.protocol import json_rpc
 
-from softmark.interpreter.editor import colouring, fixing, formatting, lenses, outline
-from softmark.interpreter.editor.refused import Refused, quietly
+from softmark.interpreter.language_server import (
+    code_lenses,
+    document_formatting,
+    document_symbols,
+    quick_fixes,
+    semantic_tokens,
+)
+from softmark.interpreter.language_server.request_refused import Refused, quietly
 
 pytestmark = pytest.mark.slow
 
@@ -40,7 +46,7 @@ NOTHING: Any = None
 
 
 def test_an_outline_has_every_declaration_with_its_constructor(tmp_path: Path) -> None:
-    found = outline.symbols(marked(TEXT, tmp_path).document, NOTHING)
+    found = document_symbols.symbols(marked(TEXT, tmp_path).document, NOTHING)
     assert [(s.name, s.detail) for s in found][:4] == [
         ("a", "param"), ("gel", "material, neo_hookean"), ("b", "body, solid"), ("one", "model, fem")
     ]  # fmt: skip
@@ -51,25 +57,25 @@ def test_an_outline_has_every_declaration_with_its_constructor(tmp_path: Path) -
 
 def test_names_are_found_in_all_that_is_open(tmp_path: Path) -> None:
     own = marked(TEXT, tmp_path)
-    found = outline.everywhere(own.opened, types.WorkspaceSymbolParams("GE"))
+    found = document_symbols.everywhere(own.opened, types.WorkspaceSymbolParams("GE"))
     assert [(s.name, s.location.uri) for s in found] == [("gel", own.uri), ("edges", own.uri)]
 
 
 def test_declarations_comments_and_paragraphs_fold(tmp_path: Path) -> None:
-    found = outline.folds(marked(TEXT, tmp_path).document, NOTHING)
+    found = document_symbols.folds(marked(TEXT, tmp_path).document, NOTHING)
     assert [(f.start_line, f.end_line) for f in found] == [(3, 4), (4, 9), (6, 8)]
-    broken = outline.folds(marked("model m = fem(\n  tet4,\n  size =\n", tmp_path).document, NOTHING)
+    broken = document_symbols.folds(marked("model m = fem(\n  tet4,\n  size =\n", tmp_path).document, NOTHING)
     assert [(f.start_line, f.end_line) for f in broken] == [(0, 2)]
 
 
 def words(own: Marked) -> list[tuple[str, str]]:
     """The words of a text and their kinds, by the numbers of the protocol."""
-    numbers = colouring.colours(own.document, NOTHING).data
+    numbers = semantic_tokens.colours(own.document, NOTHING).data
     found, line, column = [], 0, 0
     for below, aside, length, kind, _ in zip(*(iter(numbers),) * 5, strict=True):
         line, column = line + below, aside + (0 if below else column)
         start, end = (own.document.offset(types.Position(line, c)) for c in (column, column + length))
-        found.append((own.document.text[start:end], colouring.LEGEND.token_types[kind]))
+        found.append((own.document.text[start:end], semantic_tokens.LEGEND.token_types[kind]))
     return found
 
 
@@ -85,18 +91,18 @@ def test_every_word_has_the_colour_of_its_meaning(tmp_path: Path) -> None:
     assert ("tet4", "variable") not in found
     lines = types.Range(types.Position(5, 0), types.Position(5, 5))
     params = types.SemanticTokensRangeParams(types.TextDocumentIdentifier(""), lines)
-    part = colouring.colours_between(marked(TEXT, tmp_path).document, params).data
+    part = semantic_tokens.colours_between(marked(TEXT, tmp_path).document, params).data
     assert part[0] == 5
     assert len(part) == 5 * 7  # param a = 2 * 5 mm
 
 
 def test_a_text_is_given_its_canonical_form_and_left_alone_where_it_cannot_be_read(tmp_path: Path) -> None:
     own = marked("param a=1 mm\nparam   bc =2 mm\n", tmp_path)
-    edits = formatting.formatted(own.document, NOTHING)
+    edits = document_formatting.formatted(own.document, NOTHING)
     assert after(own.document, edits) == "param a  = 1 mm\nparam bc = 2 mm\n"
-    assert formatting.formatted(marked(after(own.document, edits), tmp_path).document, NOTHING) == []
+    assert document_formatting.formatted(marked(after(own.document, edits), tmp_path).document, NOTHING) == []
     with pytest.raises(Refused, match="left as it is: line 2 cannot be read, E104"):
-        formatting.formatted(marked("param a=1 mm\nparam b = (1\n", tmp_path).document, NOTHING)
+        document_formatting.formatted(marked("param a=1 mm\nparam b = (1\n", tmp_path).document, NOTHING)
 
 
 def test_a_refusal_leaves_no_traceback_in_an_editor_s_panel_and_a_fault_does(caplog: pytest.LogCaptureFixture) -> None:
@@ -114,7 +120,7 @@ def quick(own: Marked, only: list[str] | None = None) -> list[types.CodeAction]:
     """The actions of a whole text."""
     context = types.CodeActionContext([], only=only)
     asked = types.CodeActionParams(types.TextDocumentIdentifier(own.uri), whole(own.document), context)
-    return fixing.actions(own.document, asked)
+    return quick_fixes.actions(own.document, asked)
 
 
 def test_a_message_that_names_what_was_meant_is_a_quick_fix(tmp_path: Path) -> None:
@@ -135,7 +141,7 @@ def test_a_message_that_names_what_was_meant_is_a_quick_fix(tmp_path: Path) -> N
 
 def test_a_lens_runs_and_compares(tmp_path: Path) -> None:
     own = marked(TEXT, tmp_path)
-    found = [lens.command for lens in lenses.lenses(own.document, NOTHING)]
+    found = [lens.command for lens in code_lenses.lenses(own.document, NOTHING)]
     file = str(tmp_path / "some.scene")
     assert [(c.title, c.command, c.arguments) for c in found if c] == [
         ("run", "softmark.run", [file]),

@@ -11,8 +11,8 @@ pytest.importorskip("lsprotocol")
 from lsprotocol import types
 from marked import Marked, after, marked
 
-from softmark.interpreter.editor import navigation, renaming
-from softmark.interpreter.editor.refused import Refused
+from softmark.interpreter.language_server import go_to_definition, rename_symbol
+from softmark.interpreter.language_server.request_refused import Refused
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +33,7 @@ study finer = sweep(rod.segments, over = [4, 8])
 
 def lead(text: Marked) -> types.Location | None:
     """Where the name at the cursor is declared."""
-    return navigation.definition(text.document, text.asked(types.DefinitionParams))
+    return go_to_definition.definition(text.document, text.asked(types.DefinitionParams))
 
 
 @pytest.mark.parametrize(
@@ -80,16 +80,16 @@ def test_all_places_of_a_name_are_found_once_and_no_word_that_is_spelt_alike(tmp
     text = BEAM.replace("model small", "model <[sma<|>ll]>").replace("and small", "and <[small]>")
     own = marked(text, tmp_path)
     context = types.ReferenceContext(include_declaration=True)
-    found = navigation.references(own.opened, own.asked(types.ReferenceParams, context=context))
+    found = go_to_definition.references(own.opened, own.asked(types.ReferenceParams, context=context))
     assert [f.range for f in found] == own.ranges
-    lights = navigation.highlights(own.document, own.asked(types.DocumentHighlightParams))
+    lights = go_to_definition.highlights(own.document, own.asked(types.DocumentHighlightParams))
     assert [h.range for h in lights] == own.ranges
     assert [h.kind for h in lights] == [types.DocumentHighlightKind.Write, types.DocumentHighlightKind.Read]
 
 
 def renamed(own: Marked, new: str) -> dict[str, list[types.TextEdit]]:
     """The changes by which the name at the cursor is called otherwise."""
-    edit = renaming.rename(own.opened, own.asked(types.RenameParams, new_name=new))
+    edit = rename_symbol.rename(own.opened, own.asked(types.RenameParams, new_name=new))
     return {uri: list(edits) for uri, edits in (edit.changes or {}).items()}
 
 

@@ -19,7 +19,7 @@ from pytest_lsp import ClientServerConfig, LanguageClient
 pytestmark = LOOP
 LOUD = """
 import os
-from softmark.interpreter.front import load
+from softmark.interpreter.validation import load
 quiet = load.looked_at
 def loud(scene, found, only=()):
     print("noise")

@@ -16,9 +16,9 @@ from editor_texts import LINES, SCENE
 from lsprotocol import types
 from pytest_lsp import ClientServerConfig, LanguageClient
 
-from softmark.interpreter.editor.document import Document
-from softmark.interpreter.editor.lenses import lenses
-from softmark.interpreter.front.catalogue import vocabulary_with
+from softmark.interpreter.language_server.code_lenses import lenses
+from softmark.interpreter.language_server.text_document import Document
+from softmark.interpreter.validation.constructor_registry import vocabulary_with
 
 pytestmark = LOOP
 PARTS = Path(__file__).parents[1] / "errors" / "parts"

@@ -22,9 +22,9 @@ from marked import whole
 from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
 
-from softmark.interpreter.editor import server
-from softmark.interpreter.editor.document import Document
-from softmark.interpreter.editor.refused import Refused
+from softmark.interpreter.language_server import server
+from softmark.interpreter.language_server.request_refused import Refused
+from softmark.interpreter.language_server.text_document import Document
 from softmark.scenes import ROOT
 
 __all__ = ["client"]
@@ -82,7 +82,7 @@ def asked(document: Document, method: str, params: type[Any], more: dict[str, An
     own = SimpleNamespace(documents={identifier.uri: document})
     feature = server.FEATURES[method]
     module, function = feature.answer.split(":")
-    answer = getattr(import_module(f"softmark.interpreter.editor.{module}"), function)
+    answer = getattr(import_module(f"softmark.interpreter.language_server.{module}"), function)
     try:
         answer(own if feature.wide else document, params(text_document=identifier, **more))
     except Refused:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.editor.colours import tree_sitter
+from softmark.interpreter.language_server.syntax_highlighting import tree_sitter_grammar
 from softmark.scenes import ROOT
 
 pytestmark = pytest.mark.slow
@@ -31,7 +31,7 @@ def parser(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if not shutil.which("tree-sitter") or not any(map(shutil.which, ("cc", "gcc", "clang"))):
         pytest.skip("no tree-sitter, or no compiler of C, is here")
     folder = tmp_path_factory.mktemp("tree-sitter")
-    for name, content in tree_sitter.files().items():
+    for name, content in tree_sitter_grammar.files().items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(content)
     for step in (["generate", "src/grammar.json"], ["build"]):

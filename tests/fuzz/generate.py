@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
-from softmark.interpreter.language.schema import Field
+from softmark.interpreter.language.field_schema import Field
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 Pick = Callable[[Sequence[Any]], Any]
 NUMBERS = (

@@ -226,20 +226,20 @@ def files_of(suffix: str) -> Files:
 
 def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tuple[type[BaseException], ...]]]:
     """By name: endings, the reader, and what it raises of a file that it does not read."""
-    from softmark.interpreter.exchange import formats, record
-    from softmark.interpreter.front import plugins
-    from softmark.interpreter.language import sources
-    from softmark.interpreter.models.results import readers as results
+    from softmark.interpreter.importers import import_formats, imported_deck
+    from softmark.interpreter.language import scene_sources
+    from softmark.interpreter.models.imported_results import readers as results
     from softmark.interpreter.problem import field_files
-    from softmark.interpreter.study.analysis import changes
-    from softmark.interpreter.study.board import against
-    from softmark.interpreter.study.kept import store
-    from softmark.interpreter.study.workers.journal import Journal, JournalRefused
-    from softmark.interpreter.vocabulary.fields import Field
-    from softmark.references import markers, surface, tables, volumes
-    from softmark.references.measured import Unreadable
-    from softmark.solvers.mesh.files import formats as mesh_formats
-    from softmark.solvers.mesh.files import reading
+    from softmark.interpreter.study.analysis import result_changes
+    from softmark.interpreter.study.leaderboard import leaderboard_changes
+    from softmark.interpreter.study.run_cache import cache_folder
+    from softmark.interpreter.study.workers.task_journal import Journal, JournalRefused
+    from softmark.interpreter.validation import plugin_loader
+    from softmark.interpreter.vocabulary.field_words import Field
+    from softmark.references import csv_tables, measured_surface, tracked_points, voxel_files
+    from softmark.references.measured_data import Unreadable
+    from softmark.solvers.mesh.files import mesh_formats as mesh_formats
+    from softmark.solvers.mesh.files import mesh_reader
 
     def field(path: Path) -> object:
         field_files._loaded.cache_clear()
@@ -248,7 +248,7 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
 
     def kept(path: Path) -> object:
         path.rename(path.with_name("key.kept"))
-        return store.read(path.parent, "key")
+        return cache_folder.read(path.parent, "key")
 
     def journal(path: Path) -> None:
         path.rename(path.with_name("journal.jsonl"))
@@ -257,25 +257,42 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
 
     unread = (Unreadable,)
     return {
-        "meshes": (tuple(sorted(mesh_formats.MESHES - {".gz"})), lambda p: reading.read(str(p), 1.0, named=True),
-                   (reading.UnreadableMesh,)),
-        "surfaces": ((".stl", ".ply", ".obj", ".off", ".vtk", ".vtu", ".xdmf"),
-                     lambda p: reading.read_triangles(str(p), 1.0), (reading.UnreadableMesh,)),
-        "scans": ((".stl", ".ply", ".obj", ".off", ".vtk", ".vtu", ".msh", ".xdmf"), surface.read_surface, unread),
-        "volumes": ((".npy", ".npz", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".dcm"),
-                    lambda p: volumes.read_volume(p, (1e-3, 1e-3, 1e-3), 1e-3), unread),
+        "meshes": (
+            tuple(sorted(mesh_formats.MESHES - {".gz"})),
+            lambda p: mesh_reader.read(str(p), 1.0, named=True),
+            (mesh_reader.UnreadableMesh,),
+        ),
+        "surfaces": (
+            (".stl", ".ply", ".obj", ".off", ".vtk", ".vtu", ".xdmf"),
+            lambda p: mesh_reader.read_triangles(str(p), 1.0),
+            (mesh_reader.UnreadableMesh,),
+        ),
+        "scans": (
+            (".stl", ".ply", ".obj", ".off", ".vtk", ".vtu", ".msh", ".xdmf"),
+            measured_surface.read_surface,
+            unread,
+        ),
+        "volumes": (
+            (".npy", ".npz", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".dcm"),
+            lambda p: voxel_files.read_volume(p, (1e-3, 1e-3, 1e-3), 1e-3),
+            unread,
+        ),
         "fields": ((".nrrd", ".nii", ".vtu", ".vtk"), field, unread),
-        "tables": ((".csv",), lambda p: tables.columns(p, ["x", "y"]), unread),
-        "markers": ((".csv",), markers.read_table, unread),
+        "tables": ((".csv",), lambda p: csv_tables.columns(p, ["x", "y"]), unread),
+        "markers": ((".csv",), tracked_points.read_table, unread),
         "results": (tuple(results.READERS), results.read, unread),
-        "decks": (tuple(formats.READERS), formats.read, (Unreadable, record.Foreign)),
-        "scenes": ((".scene",), sources.read, (sources.Missing,)),
-        "plugins": ((".py",), lambda p: plugins._read(str(p)), (plugins.Absent,)),
-        "comparisons": ((".json",), lambda p: changes.read(p), (changes.Foreign,)),
-        "boards": ((".json",), lambda p: against.read(p), (changes.Foreign, against.Foreign)),
-        "kept results": ((".kept",), kept, (store.Damaged,)),
+        "decks": (tuple(import_formats.READERS), import_formats.read, (Unreadable, imported_deck.Foreign)),
+        "scenes": ((".scene",), scene_sources.read, (scene_sources.Missing,)),
+        "plugins": ((".py",), lambda p: plugin_loader._read(str(p)), (plugin_loader.Absent,)),
+        "comparisons": ((".json",), lambda p: result_changes.read(p), (result_changes.Foreign,)),
+        "boards": (
+            (".json",),
+            lambda p: leaderboard_changes.read(p),
+            (result_changes.Foreign, leaderboard_changes.Foreign),
+        ),
+        "kept results": ((".kept",), kept, (cache_folder.Damaged,)),
         "journals": ((".jsonl",), journal, (JournalRefused,)),
-    }  # fmt: skip
+    }
 
 
 def tried(name: str, folder: Path) -> Iterator[str]:

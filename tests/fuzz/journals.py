@@ -24,10 +24,10 @@ import guard
 
 GUIDED = __name__ == "__main__" and not any(os.path.isfile(a) for a in sys.argv[1:])
 with guard.instrumented() if GUIDED else nullcontext():
-    from softmark.interpreter.report.compare.changes import changes_table
-    from softmark.interpreter.results.authentication import code_of
-    from softmark.interpreter.study.analysis import changes, quality
-    from softmark.interpreter.study.workers.journal import CODE, SCHEMA, Journal, JournalRefused, _text
+    from softmark.interpreter.report.comparison.comparison_changes import changes_table
+    from softmark.interpreter.results.result_authentication import code_of
+    from softmark.interpreter.study.analysis import result_changes, timing_quality
+    from softmark.interpreter.study.workers.task_journal import CODE, SCHEMA, Journal, JournalRefused, _text
 
 SPREAD = {"median": 1.0, "q1": 0.9, "q3": 1.2, "min": 0.8, "max": 2.0, "runs": 5}
 MODEL = {
@@ -116,9 +116,9 @@ def compare(data: bytes, folder: Path) -> str:
     for path, words in zip(paths, (first, second), strict=True):
         path.write_bytes(words)
     try:
-        old, new = (changes.read(path) for path in paths)
-        found = changes.changes(old, new, ("old.json", "new.json"))
-    except changes.Foreign as foreign:
+        old, new = (result_changes.read(path) for path in paths)
+        found = result_changes.changes(old, new, ("old.json", "new.json"))
+    except result_changes.Foreign as foreign:
         if not str(foreign):
             raise ValueError("a reason says something") from foreign
         return "refused"
@@ -138,8 +138,15 @@ def _signed(line: bytes) -> bytes:
 
 def resume(data: bytes, folder: Path) -> str:
     """What a journal tells, and that it can be gone on with."""
-    from softmark.interpreter.study.compare import ACCURACY, TIMING, ComparisonRequest, _accuracy, _Done, _sound
-    from softmark.interpreter.study.expansion.outcome import PointTask
+    from softmark.interpreter.study.comparison_study import (
+        ACCURACY,
+        TIMING,
+        ComparisonRequest,
+        _accuracy,
+        _Done,
+        _sound,
+    )
+    from softmark.interpreter.study.configurations.task_outcome import PointTask
 
     path = folder / "journal.jsonl"
     path.write_bytes(b"\n".join(map(_signed, data.split(b"\n"))))
@@ -155,7 +162,7 @@ def resume(data: bytes, folder: Path) -> str:
                         _Done(journal, frozenset([key])),
                     )
             records = [e["record"] for (kind, _, _), e in journal.entries.items() if kind == TIMING and _sound(e)]
-            quality.cost(records)
+            timing_quality.cost(records)
             journal.append("accuracy", "new", outcome={})
             journal.on_disk(ACCURACY)
     except JournalRefused as refused:

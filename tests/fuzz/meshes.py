@@ -35,7 +35,7 @@ def _readers() -> Any:
 with _readers() if GUIDED else nullcontext():
     import meshio
 
-    from softmark.solvers.mesh.files import reading
+    from softmark.solvers.mesh.files import mesh_reader
 
 ENDINGS = (".msh", ".vtk", ".vtu", ".stl", ".obj", ".ply", ".inp")
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], dtype=float)
@@ -57,7 +57,7 @@ def examine(path: Path) -> str:
             try:
                 read(str(path))
                 words.append("read")
-            except reading.UnreadableMesh as reason:
+            except mesh_reader.UnreadableMesh as reason:
                 if not str(reason):
                     raise Broken("a reason says something") from reason
                 words.append("refused")
@@ -67,7 +67,7 @@ def examine(path: Path) -> str:
 
 
 def _solid(path: str) -> None:
-    mesh = reading.read(path, 1e-3)
+    mesh = mesh_reader.read(path, 1e-3)
     if not np.isfinite(mesh.points).all() or not (mesh.volumes > 0).all() or not len(mesh.cells):
         raise Broken("a mesh has finite points and positive cells")
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):
@@ -75,7 +75,7 @@ def _solid(path: str) -> None:
 
 
 def _surface(path: str) -> None:
-    points, triangles = reading.read_surface(path, 1e-3)
+    points, triangles = mesh_reader.read_surface(path, 1e-3)
     if not np.isfinite(points).all() or not len(triangles):
         raise Broken("a surface has finite points and a triangle")
     if triangles.min() < 0 or triangles.max() >= len(points):
@@ -83,7 +83,7 @@ def _surface(path: str) -> None:
 
 
 def _points(path: str) -> None:
-    points = reading.read_points(path, 1e-3)
+    points = mesh_reader.read_points(path, 1e-3)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise Broken("points are finite")
 

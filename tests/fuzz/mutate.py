@@ -126,8 +126,8 @@ UNITS = [
 @cache
 def vocabulary() -> tuple[str, ...]:
     """Kinds, constructors, fields, choices, functions and signs."""
-    from softmark.interpreter.front.catalogue import CATALOGUE
-    from softmark.interpreter.language import expressions
+    from softmark.interpreter.language import expression_evaluation
+    from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     words: dict[str, None] = dict.fromkeys(
         ("param", "use", "as", "expect", "scene", "softmark", "in", "and", "or", "not")
@@ -138,7 +138,7 @@ def vocabulary() -> tuple[str, ...]:
             words[name] = None
             known = CATALOGUE.constructor(kind, name)
             words |= dict.fromkeys(w for f in (known.fields if known else ()) for w in (f.name, *f.options))
-    words |= dict.fromkeys(expressions.PREDEFINED)
+    words |= dict.fromkeys(expression_evaluation.PREDEFINED)
     words |= dict.fromkeys(
         [
             "(",
@@ -349,7 +349,7 @@ def _option(tokens: Tokens, chance: random.Random, others: list[str]) -> Tokens:
 def families() -> dict[str, list[tuple[str, ...]]]:
     """Words that may stand in one another's place, by word."""
 
-    from softmark.interpreter.front.catalogue import CATALOGUE
+    from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
     groups = [tuple(constructors) for constructors in CATALOGUE.values()] + [
         tuple(CATALOGUE.words()),

@@ -25,11 +25,11 @@ with guard.instrumented() if GUIDED else nullcontext():
     import scene
 
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.face.api import loads
-    from softmark.interpreter.front.load import checked
-    from softmark.interpreter.language.scene import SceneError
-    from softmark.interpreter.study.compare import Additions
-    from softmark.interpreter.study.expansion.variations import TooMany, expand, read_vary, subject_of
+    from softmark.interpreter.api.python_api import loads
+    from softmark.interpreter.language.compiled_scene import SceneError
+    from softmark.interpreter.study.comparison_study import Additions
+    from softmark.interpreter.study.configurations.configuration_expansion import TooMany, expand, read_vary, subject_of
+    from softmark.interpreter.validation.scene_loader import checked
     from softmark.scenes import ROOT
 
 BEAM = ROOT / "beams" / "stiff-cantilever.scene"
@@ -121,7 +121,7 @@ def target(folder: Path) -> Any:
 def seeds() -> list[bytes]:
     """Overrides that are right and wrong, of names that the scene has."""
     scene_text = BEAM.read_text(encoding="utf-8")
-    from softmark.grammar.lex import lex
+    from softmark.grammar.lexer import lex
 
     names = sorted({t.text for t in lex(scene_text).tokens if t.kind == "NAME"})
     return [

@@ -26,9 +26,9 @@ import guard
 import meshio
 import numpy as np
 
-from softmark.interpreter.models.results.readers import read
-from softmark.interpreter.models.results.told import Told
-from softmark.references.measured import Unreadable
+from softmark.interpreter.models.imported_results.readers import read
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.references.measured_data import Unreadable
 
 X = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
 CELLS = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])

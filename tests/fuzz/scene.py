@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 GUIDED = __name__ == "__main__" and not any(os.path.isfile(a) for a in sys.argv[1:])
 with guard.instrumented() if GUIDED else nullcontext():
     from softmark.grammar.diagnostic import Source, render, summary, to_json
-    from softmark.grammar.parse import parse
-    from softmark.grammar.print import format_source
-    from softmark.interpreter.dictionary.codes import pages
-    from softmark.interpreter.front.load import checked
-    from softmark.interpreter.language.sources import Missing, _text
-    from softmark.interpreter.plan.plan import plan_of
+    from softmark.grammar.parser import parse
+    from softmark.grammar.printer import format_source
+    from softmark.interpreter.help.codes import pages
+    from softmark.interpreter.language.scene_sources import Missing, _text
+    from softmark.interpreter.planning.run_plan import plan_of
+    from softmark.interpreter.validation.scene_loader import checked
     from softmark.scenes import ROOT
 
 ERRORS = guard.REPOSITORY / "tests" / "errors"
@@ -161,7 +161,7 @@ def seeds() -> list[bytes]:
 
 def pages_of_codes() -> list[Path]:
     """The pages that `dsl explain` shows."""
-    return sorted((guard.REPOSITORY / "interpreter" / "cli" / "codes").glob("*.md"))
+    return sorted((guard.REPOSITORY / "interpreter" / "help" / "codes").glob("*.md"))
 
 
 def texts(found: list[bytes]) -> list[str]:

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from softmark.grammar import table
-from softmark.grammar.codes import CODES
+from softmark.grammar import parse_table
 from softmark.grammar.diagnostic import Source, render
-from softmark.grammar.parse import parse
-from softmark.grammar.print import format_source
+from softmark.grammar.diagnostic_codes import CODES
+from softmark.grammar.parser import parse
+from softmark.grammar.printer import format_source
 
-HERE = table.GRAMMAR.parent
+HERE = parse_table.GRAMMAR.parent
 README = (HERE / "README.md").read_text("utf-8")
 SCENES = re.findall(r"```scene\n(.*?)```", README, re.S)
 
@@ -31,7 +31,7 @@ def test_the_first_and_last_example_are_in_canonical_form() -> None:
 def test_the_reference_lists_every_code_and_every_reserved_word() -> None:
     assert dict(re.findall(r"^\| (E\d+) \| (.*) \|$", README, re.M)) == CODES
     row = next(line for line in README.split("\n") if line.startswith("| reserved"))
-    assert set(re.findall(r"`(\w+)`", row.split(", and no others")[0])) == set(table.reserved())
+    assert set(re.findall(r"`(\w+)`", row.split(", and no others")[0])) == set(parse_table.reserved())
 
 
 def test_the_reference_names_every_file() -> None:
@@ -40,4 +40,4 @@ def test_the_reference_names_every_file() -> None:
 
 
 def test_the_wheel_holds_the_grammar() -> None:
-    assert Path(table.__file__).with_name("scene.lark").is_file()
+    assert Path(parse_table.__file__).with_name("scene.lark").is_file()

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from softmark.grammar.diagnostic import Source, render
-from softmark.grammar.limits import MAX_DEPTH
-from softmark.grammar.parse import MAX_DIAGNOSTICS, parse, parse_expression
-from softmark.grammar.print import format_source, print_tree
-from softmark.grammar.split import MAX_NESTING
+from softmark.grammar.input_limits import MAX_DEPTH
+from softmark.grammar.parser import MAX_DIAGNOSTICS, parse, parse_expression
+from softmark.grammar.printer import format_source, print_tree
+from softmark.grammar.statement_splitting import MAX_NESTING
 from softmark.grammar.tree import expressions, walk
 
 MANY = 20_000

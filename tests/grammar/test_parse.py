@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse import parse, parse_expression
+from softmark.grammar.parser import parse, parse_expression
 from softmark.grammar.tree import (
     Argument,
     Binary,

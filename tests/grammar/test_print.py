@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from walk import WHOLE
 
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.layout import WIDTH
-from softmark.grammar.lex import Token, lex
-from softmark.grammar.limits import FOREIGN_KINDS
-from softmark.grammar.parse import parse, parse_expression
-from softmark.grammar.print import CannotFormat, format_source, print_expression, print_tree
-from softmark.grammar.split import UNFINISHED
-from softmark.grammar.table import reserved
+from softmark.grammar.input_limits import FOREIGN_KINDS
+from softmark.grammar.lexer import Token, lex
+from softmark.grammar.parse_table import reserved
+from softmark.grammar.parser import parse, parse_expression
+from softmark.grammar.printer import CannotFormat, format_source, print_expression, print_tree
+from softmark.grammar.source_layout import WIDTH
+from softmark.grammar.statement_splitting import UNFINISHED
 from softmark.grammar.tree import (
     Argument,
     Binary,
@@ -151,7 +151,7 @@ def test_a_text_in_error_is_not_formatted() -> None:
 
 def test_a_form_that_would_lose_a_comment_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     without = "param a = 1\n"
-    monkeypatch.setattr("softmark.grammar.print.print_tree", lambda tree, text: without)
+    monkeypatch.setattr("softmark.grammar.printer.print_tree", lambda tree, text: without)
     with pytest.raises(CannotFormat, match="comments"):
         format_source(Source("test.scene", "param a = 1  # why\n"))
     with pytest.raises(CannotFormat, match="something else"):

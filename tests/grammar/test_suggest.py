@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from softmark.grammar.suggest import distance, nearest
+from softmark.grammar.name_suggestions import distance, nearest
 
 NAMES = [
     "young",

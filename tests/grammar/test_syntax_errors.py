@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from softmark.grammar.codes import CODES
 from softmark.grammar.diagnostic import Diagnostic, Source, render
-from softmark.grammar.lex import lex
-from softmark.grammar.parse import MAX_DIAGNOSTICS, parse, parse_expression
+from softmark.grammar.diagnostic_codes import CODES
+from softmark.grammar.lexer import lex
+from softmark.grammar.parser import MAX_DIAGNOSTICS, parse, parse_expression
 
 patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines may be busy
 

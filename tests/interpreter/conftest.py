@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from softmark.interpreter.models.shared.prepared import Solution
+    from softmark.interpreter.models.shared.prepared_model import Solution
 
 VOID = {"meta", "input", "br", "img", "link", "wbr"}
 
@@ -86,7 +86,7 @@ class Twisted:
 @pytest.fixture
 def tampered(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Solution], Solution]], None]:
     """Makes every model's solutions pass through a change."""
-    from softmark.interpreter.run import models as runner
+    from softmark.interpreter.pipeline import model_runs as runner
 
     honest = runner.prepared_model
 

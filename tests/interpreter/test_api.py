@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.fem import build
-from softmark.interpreter.report.run.html import render
-from softmark.solvers.statics.equilibrium import Equilibrium
+from softmark.interpreter.models.fem import fem_builder
+from softmark.interpreter.report.run.report_page import render
+from softmark.solvers.statics.static_equilibrium import Equilibrium
 
 CONTRACT_MODEL = {"status", "message", "size", "solve", "time", "probes", "metrics"}
 
@@ -142,7 +142,7 @@ def test_not_a_number_never_becomes_an_answer(monkeypatch: pytest.MonkeyPatch) -
     def spoiled(problem: Any) -> Equilibrium:
         return Equilibrium(np.full_like(problem.rest, np.nan), 0.0, (), 1)
 
-    monkeypatch.setattr(build, "equilibrium", spoiled)
+    monkeypatch.setattr(fem_builder, "equilibrium", spoiled)
     run = softmark.load("silicone-beam").run(models=["corot_tet"])
     assert run.models["corot_tet"].status == "failed"
     assert run.models["corot_tet"].probes == {}
@@ -154,7 +154,7 @@ def test_a_failing_model_leaves_the_others(monkeypatch: pytest.MonkeyPatch) -> N
     def broken(problem: Any) -> Equilibrium:
         raise ZeroDivisionError("sabotage")
 
-    monkeypatch.setattr(build, "equilibrium", broken)
+    monkeypatch.setattr(fem_builder, "equilibrium", broken)
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
     run = softmark.load("silicone-beam").run(models=["corot_tet", "rod"])
     assert run.models["corot_tet"].status == "failed"

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.results.report import ModelResult
+from softmark.interpreter.results.run_report import ModelResult
 
 MESH = 'mesh("data:silicone-beam/cylinder_Hexa.msh", unit = 1 m{split})'
 

@@ -15,8 +15,8 @@ from flat_cells import skfem_element, skfem_mesh
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.results.report import ModelResult
-from softmark.solvers.mesh.flat import Quadrilateral, Slice
+from softmark.interpreter.results.run_report import ModelResult
+from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
 
 CORNERS = ((10, 0, 0), (30, 4, 0), (28, 20, 0), (14, 16, 0))
 SECTION = Slice(Quadrilateral(*(tuple(1e-3 * x for x in c) for c in CORNERS)), 1.0)  # type: ignore[arg-type]
@@ -282,7 +282,7 @@ model own = fem(quad4, strain = finite, size = 4 mm)
 probe tip = point(sheet, at = (8, 4, 0) mm)
 metric way = displacement(tip, along = -x)
 """
-    assert "solvers.energies.revolved" not in loaded_by(scene)
+    assert "solvers.energies.axisymmetric" not in loaded_by(scene)
 
 
 @pytest.mark.long

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements.tet10 import Tet10
-from softmark.solvers.mesh.files.flaws import overlap
-from softmark.solvers.mesh.files.reading import UnreadableMesh
+from softmark.solvers.mesh.cell_splitting import five, with_nodes
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
+from softmark.solvers.mesh.files.mesh_validation import overlap
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
-from softmark.solvers.mesh.splits import five, with_nodes
 
 Parts = tuple[np.ndarray, np.ndarray]  # points in mm, cells
 NAMES = {"tet4": "tetra", "hex8": "hexahedron", "tet10": "tetra10"}

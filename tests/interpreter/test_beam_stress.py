@@ -10,7 +10,7 @@ import pytest
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.pipeline import run_pipeline
 
 HEAD = """softmark 1
 scene "sections"
@@ -28,7 +28,7 @@ MIDDLE = 1.0 - 0.017 * (0.3 / 1.3) / 0.2
 
 def run(text: str, **options: Any) -> Any:
     loaded = softmark.loads(HEAD + text)
-    return pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False, **options))
+    return run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
 
 
 def look(at: tuple[float, float, float], component: str, name: str = "s", body: str = "bar") -> str:
@@ -203,5 +203,5 @@ def test_what_no_metric_asks_for_is_not_loaded() -> None:
     text += "probe tip = point(bar, at = (1, 0, 0) m)\nmetric sag = displacement(tip, along = -z)\n"
     loaded = loaded_by(text)
     assert {m for m in loaded if m.endswith((".stressed", ".disturbed", ".frame_problem")) or "stresses" in m} <= {
-        "interpreter.models.answers.stressed"
+        "interpreter.models.postprocessing.mesh_stress"
     }

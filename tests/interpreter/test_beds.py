@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.evidence import bed_check
+from softmark.interpreter.verification import foundation_forces
 
 HEAD = """softmark 1
 scene "on a bed"
@@ -162,12 +162,12 @@ metric tone = frequency(block, mode = 1)
 
 def test_the_watchdog_finds_a_bed_that_is_another(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tractions a thousandth larger are seen: forces of the answer do not balance with them."""
-    right = bed_check._pulled
+    right = foundation_forces._pulled
 
     def wrong(*args: Any) -> Any:
         return 1.001 * right(*args)
 
-    monkeypatch.setattr(bed_check, "_pulled", wrong)
+    monkeypatch.setattr(foundation_forces, "_pulled", wrong)
     report = softmark.loads(HEAD.format(nu=0, young="100 MPa") + WHOLE + PUSH + SEEN + SMALL).run()
     assert report.models["m"].status == "failed"
 
@@ -238,9 +238,9 @@ def _mean_of_chords(cells: int) -> float:
 
 def test_an_edge_that_a_condition_cuts_is_known() -> None:
     """Of a quarter ring below y = 3.7 mm: the wall, and both arcs up to there. Strips are cut where the border is."""
-    from softmark.interpreter.language.conditions import Condition, Term
-    from softmark.interpreter.problem.parts.outline import edged
-    from softmark.solvers.mesh.flat import QuarterRing, Slice
+    from softmark.interpreter.language.coordinate_conditions import Condition, Term
+    from softmark.interpreter.problem.surface_selection.region_outline import edged
+    from softmark.solvers.mesh.plane_regions import QuarterRing, Slice
 
     below = Condition.comparison("<=", Term.coordinate(1), Term.constant(0.0037), 1)
     ring = Slice(QuarterRing(0.01, 0.02), 0.003)

@@ -11,14 +11,19 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.report.board.comment import comment
-from softmark.interpreter.report.board.matrix import matrix
-from softmark.interpreter.study.board.against import Foreign, changed, read
-from softmark.interpreter.study.board.cells import Board, CaseCard, Cell, ModelCard, verdict
-from softmark.interpreter.study.board.merits import merits
-from softmark.interpreter.study.board.profiles import error_profiles, profiles, relative, time_profiles
-from softmark.interpreter.study.board.suite import is_suite, standard_suites
-from softmark.interpreter.study.board.suite import read as read_suite
+from softmark.interpreter.report.leaderboard.leaderboard_comment import comment
+from softmark.interpreter.report.leaderboard.result_matrix import matrix
+from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, CaseCard, Cell, ModelCard, verdict
+from softmark.interpreter.study.leaderboard.leaderboard_changes import Foreign, changed, read
+from softmark.interpreter.study.leaderboard.model_strengths import merits
+from softmark.interpreter.study.leaderboard.performance_profiles import (
+    error_profiles,
+    profiles,
+    relative,
+    time_profiles,
+)
+from softmark.interpreter.study.leaderboard.suite_file import is_suite, standard_suites
+from softmark.interpreter.study.leaderboard.suite_file import read as read_suite
 from softmark.scenes import ROOT
 
 CASE = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "How far?")\n'

@@ -18,14 +18,14 @@ from broken import must_be_right, said_of
 
 import softmark
 import softmark.solvers
-from softmark.interpreter.models.fem import seeping
+from softmark.interpreter.models.fem import poroelastic_analysis
 from softmark.interpreter.vocabulary import CONTACTS
-from softmark.interpreter.vocabulary.supports import PorePressure
-from softmark.solvers.contact import rubbing
+from softmark.interpreter.vocabulary.support_words import PorePressure
+from softmark.solvers.contact import rigid_friction
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.materials.biphasic import Biphasic
-from softmark.solvers.materials.relaxing import Relaxing
-from softmark.solvers.mesh import interpolation
+from softmark.solvers.materials.viscoelastic_increment import Relaxing
+from softmark.solvers.mesh import element_interpolation
 
 BREAK = 1.05
 QUICK = ("Elastic", "Touching", "Springs")
@@ -219,8 +219,8 @@ DRAINED = {
 def test_wrong_friction_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The traction along a surface that rubs on a rigid body."""
     must_be_right(RUBS)
-    right = rubbing.Rubbing._traction
-    monkeypatch.setattr(rubbing.Rubbing, "_traction", lambda self, x, n, most: BREAK * right(self, x, n, most))
+    right = rigid_friction.Rubbing._traction
+    monkeypatch.setattr(rigid_friction.Rubbing, "_traction", lambda self, x, n, most: BREAK * right(self, x, n, most))
     assert said_of(RUBS)
 
 
@@ -253,7 +253,7 @@ def test_a_wrong_pore_pressure_is_seen(name: str, monkeypatch: pytest.MonkeyPatc
     """The pressure that a support imposes on the fluid: 10 Pa more."""
     text = POROUS.format(open=DRAINED[name])
     must_be_right(text)
-    right = seeping._held
+    right = poroelastic_analysis._held
 
     def wrong(*arguments: Any) -> Any:
         found, facets = right(*arguments)
@@ -263,7 +263,7 @@ def test_a_wrong_pore_pressure_is_seen(name: str, monkeypatch: pytest.MonkeyPatc
         }
         return more, facets
 
-    monkeypatch.setattr(seeping, "_held", wrong)
+    monkeypatch.setattr(poroelastic_analysis, "_held", wrong)
     assert said_of(text)
 
 
@@ -271,7 +271,7 @@ def test_a_wrong_pore_pressure_is_seen(name: str, monkeypatch: pytest.MonkeyPatc
 def test_a_point_that_is_taken_for_another_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shape functions at the point of a force, which still add up to one."""
     must_be_right(AT_A_POINT)
-    right = interpolation._beyond
+    right = element_interpolation._beyond
 
     def wrong(*arguments: Any) -> Any:
         N = np.array(right(*arguments))
@@ -279,5 +279,5 @@ def test_a_point_that_is_taken_for_another_is_seen(monkeypatch: pytest.MonkeyPat
         N[:, 1] -= 0.05
         return N
 
-    monkeypatch.setattr(interpolation, "_beyond", wrong)
+    monkeypatch.setattr(element_interpolation, "_beyond", wrong)
     assert said_of(AT_A_POINT)

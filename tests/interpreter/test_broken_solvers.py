@@ -22,16 +22,16 @@ from equal_moduli import CONSTANTS
 
 import softmark
 import softmark.solvers
-from softmark.interpreter.models.answers import at_rest
-from softmark.interpreter.models.beam import build as beam_build
-from softmark.interpreter.models.shared import holding, loading
+from softmark.interpreter.models.beam import beam_builder as beam_build
+from softmark.interpreter.models.postprocessing import reaction_and_work
+from softmark.interpreter.models.shared import load_setup, support_constraints
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.solvers.elements import CELLS
 from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for, parts_for
-from softmark.solvers.materials.active import Tension
 from softmark.solvers.materials.active_strain import ActiveStrain
-from softmark.solvers.materials.components import cofactor
-from softmark.solvers.materials.invariants import OfInvariants
+from softmark.solvers.materials.active_stress import Tension
+from softmark.solvers.materials.tensor_components import cofactor
+from softmark.solvers.materials.two_invariant_law import OfInvariants
 
 BREAK = 1.05
 QUICK = 2  # cases of each kind in the quick suite: the rest is slow
@@ -291,7 +291,7 @@ LOAD_TEXTS: dict[str, dict[str, str]] = {
                   "rod": "line_load(bar, from = (20, 0, 0) mm, to = (70, 0, 0) mm, vector = (0, 0.01, -0.02) N/m)"},
     "tendon": {"rod": "tendon(bar, from = (0, 0, 3) mm, to = (80, 0, 3) mm, tension = 0.05 N)"},
 }  # fmt: skip
-MAKERS = {"solid": (loading, "_load"), "rod": (beam_build, "_load")}
+MAKERS = {"solid": (load_setup, "_load"), "rod": (beam_build, "_load")}
 
 
 def load_text(name: str, kind: str) -> str:
@@ -416,7 +416,7 @@ def test_a_wrong_reaction_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) ->
         pytest.skip(NO_REACTION[name])
     text = support_text(name)
     must_be_right(text)
-    right = at_rest.reactions
+    right = reaction_and_work.reactions
 
     def wrong(*arguments: Any) -> Any:
         found = dict(right(*arguments))
@@ -424,7 +424,7 @@ def test_a_wrong_reaction_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) ->
         found["held"] = dataclasses.replace(own, force=_more(own.force), moment=_more(own.moment))
         return found
 
-    monkeypatch.setattr(at_rest, "reactions", wrong)
+    monkeypatch.setattr(reaction_and_work, "reactions", wrong)
     assert said_of(text), f"the reaction of {name} is 5 % wrong, and nothing is said"
 
 
@@ -433,6 +433,8 @@ def test_a_wrong_motion_is_seen(name: str, monkeypatch: pytest.MonkeyPatch) -> N
     """What supports impose, of another size or, of what is held, not nothing."""
     text = support_text(name)
     must_be_right(text)
-    right = holding.displacements
-    monkeypatch.setattr(holding, "displacements", lambda *a, **k: BREAK * right(*a, **k) + (BREAK - 1.0) * 1e-4)
+    right = support_constraints.displacements
+    monkeypatch.setattr(
+        support_constraints, "displacements", lambda *a, **k: BREAK * right(*a, **k) + (BREAK - 1.0) * 1e-4
+    )
     assert "does not hold the body where it should" in said_of(text)

@@ -14,12 +14,12 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.models.outside.adapters import calculix
-from softmark.interpreter.models.outside.problem import NoAnswer, NotSettled, Problem, Stuff
-from softmark.interpreter.models.outside.telling import told
-from softmark.interpreter.models.prepare import Measurements, prepared_model
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_for
+from softmark.interpreter.models.external.adapters import calculix
+from softmark.interpreter.models.external.external_problem import NoAnswer, NotSettled, Problem, Stuff
+from softmark.interpreter.models.external.problem_transfer import told
+from softmark.interpreter.models.model_preparation import Measurements, prepared_model
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.problem.body_case import case_for
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TET = Problem(

@@ -10,10 +10,16 @@ from typing import Any
 import pytest
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.report.compare.comment import comment
-from softmark.interpreter.report.page.markdown import LIMIT, MarkdownTable, code, document, plain
-from softmark.interpreter.study.analysis.changes import Changes, FactChange, MetricChange, StatusChange, TimeChange
-from softmark.interpreter.study.analysis.point import Spread
+from softmark.interpreter.report.comparison.comparison_comment import comment
+from softmark.interpreter.report.page.comment_markdown import LIMIT, MarkdownTable, code, document, plain
+from softmark.interpreter.study.analysis.comparison_point import Spread
+from softmark.interpreter.study.analysis.result_changes import (
+    Changes,
+    FactChange,
+    MetricChange,
+    StatusChange,
+    TimeChange,
+)
 
 HOSTILE = [
     "a|b",

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.validation.scene_loader import checked
 from softmark.scenes import ROOT
 
 BEAM = """material gel = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)

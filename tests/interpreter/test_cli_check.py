@@ -13,7 +13,7 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.validation.scene_loader import checked
 
 GOOD = "param L = 178 mm\n"
 BAD = "param L = 178 mn\nparam R = S\n"

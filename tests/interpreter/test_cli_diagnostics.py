@@ -12,9 +12,9 @@ import pytest
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.tree import Span
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.dictionary.codes import pages
-from softmark.interpreter.dictionary.formats import FORMATS, Told, rendered
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.help.codes import pages
+from softmark.interpreter.help.diagnostic_formats import FORMATS, Told, rendered
+from softmark.interpreter.validation.scene_loader import checked
 
 BAD = "param L = 178 mn\nparam R = S\n"
 NAME = "sub, dir/100%: a µ.scene"

@@ -17,9 +17,9 @@ from xml.etree import ElementTree
 import pytest
 
 import softmark
-from softmark.interpreter.cli.commands.progress import Progress
+from softmark.interpreter.cli.commands.progress_line import Progress
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.run import references
+from softmark.interpreter.pipeline import reference_runs
 
 DSL = [sys.executable, "-m", "softmark.interpreter"]
 SMALL = """
@@ -310,6 +310,6 @@ def test_a_reference_is_named_at_once_on_a_terminal(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_slow_reference_says_how_long_it_took(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(references, "SLOW", 0.0)
+    monkeypatch.setattr(reference_runs, "SLOW", 0.0)
     done = dsl("run", written(tmp_path, SMALL), cwd=tmp_path)
     assert re.search(r"^  reference theory: \d+ s$", done.stderr, re.MULTILINE)

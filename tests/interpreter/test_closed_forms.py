@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.face import api
-from softmark.interpreter.plan.stability import asked_of, judges
-from softmark.interpreter.run.options import Options, Sound
-from softmark.interpreter.run.pipeline import report_of
+from softmark.interpreter.api import python_api
+from softmark.interpreter.pipeline.run_options import Options, Sound
+from softmark.interpreter.pipeline.run_pipeline import report_of
+from softmark.interpreter.planning.robustness_plan import asked_of, judges
 
 FORM = (Path(__file__).parents[1] / "errors" / "stress-closed-form.scene").read_text(encoding="utf-8")
 SOUND = FORM.replace(", gel.poisson", "")
@@ -39,7 +39,7 @@ GUCCIONE = "guccione(stiffness = 2 kPa, bf = 30, bt = 2, bfs = 4, density = 1000
 
 
 def test_a_closed_form_of_parameters_judges() -> None:
-    scene = api.loads(SOUND).scene
+    scene = python_api.loads(SOUND).scene
     assert list(judges(scene)) == ["off"]
     asked = asked_of(scene, scene.declared["edges"])
     assert [q.name for q in asked.quantities] == ["mu", "cubes.size"]
@@ -48,7 +48,7 @@ def test_a_closed_form_of_parameters_judges() -> None:
 def test_without_a_study_what_a_closed_form_does_not_follow_is_left_out() -> None:
     """Parameters with a range and fields of models stay; Poisson's ratio of the material, and its density, do not."""
     text = "\n".join(line for line in SOUND.splitlines() if not line.startswith("study"))
-    scene = api.loads(text.replace("mu = 20 kPa", "mu = 20 kPa in 1 kPa .. 1 MPa")).scene
+    scene = python_api.loads(text.replace("mu = 20 kPa", "mu = 20 kPa in 1 kPa .. 1 MPa")).scene
     assert [q.name for q in asked_of(scene, None).quantities] == ["mu", "cubes.size", "cubes.precision"]
 
 
@@ -58,8 +58,8 @@ def test_without_a_study_what_a_closed_form_does_not_follow_is_left_out() -> Non
      ("against = form)", "against = form, relative_to = uncertainty)")],
 )  # fmt: skip
 def test_numbers_and_measurements_do_not_judge_other_bodies(old: str, new: str) -> None:
-    with pytest.raises(api.SceneError) as refused:
-        api.loads(SOUND.replace(old, new))
+    with pytest.raises(python_api.SceneError) as refused:
+        python_api.loads(SOUND.replace(old, new))
     assert [d.code for d in refused.value.diagnostics] == ["E513"]
 
 
@@ -71,13 +71,13 @@ metric    wide = displacement(bore, along = +x)
 reference form = values(values = 1 mm, uncertainty = 1e-9, source = "what is imposed", kind = theory)
 metric    off  = value_error(of = wide, against = form)
 """
-    report = api.loads(RING.format(1, 1) + more).run()
+    report = python_api.loads(RING.format(1, 1) + more).run()
     assert report.models["quads"].metrics["off"].value == pytest.approx(0.0, abs=1e-12)
 
 
 def test_rings_that_were_drawn_through_their_axis_are_said() -> None:
     """Both across the axis and turned over within the plane det F > 0: that looked like a solid."""
-    through, sound = (api.loads(RING.format(*by)).run() for by in ((-12, -22), (-1, -2)))
+    through, sound = (python_api.loads(RING.format(*by)).run() for by in ((-12, -22), (-1, -2)))
     assert "W351" in {w.code for w in through.warnings}
     assert "W351" not in {w.code for w in sound.warnings}
 
@@ -85,7 +85,7 @@ def test_rings_that_were_drawn_through_their_axis_are_said() -> None:
 @pytest.mark.slow
 def test_creep_of_finite_strain_states_the_error_of_its_steps() -> None:
     """Against its theory, 1e-5 off with 20 steps: the part of time had stopped with an error for any displacement."""
-    scene = api.load("rates-at-the-extremes")
+    scene = python_api.load("rates-at-the-extremes")
     report = report_of(Sound(scene.scene, scene.warnings), Options(only=("creeps",), stated=("creeps",), draw=False))
     model = report.models["creeps"]
     said, off = model.stated["eta"], model.metrics["eta"].value
@@ -105,7 +105,7 @@ def test_creep_of_finite_strain_states_the_error_of_its_steps() -> None:
 )  # fmt: skip
 def test_fibres_that_give_way_in_compression_are_said(material: str, lost: bool) -> None:
     """By 35 %: along its fibres Guccione's law loses waves; across them it does not, nor where fibres are slack."""
-    report = api.loads(PRESSED.format(material, 3.5)).run()
+    report = python_api.loads(PRESSED.format(material, 3.5)).run()
     assert ("W366" in {w.code for w in report.warnings}) == lost
 
 
@@ -113,7 +113,7 @@ def test_fibres_that_give_way_in_compression_are_said(material: str, lost: bool)
 @pytest.mark.parametrize("study", ["muscle_edges", "chains_edges", "fibre"])
 def test_nothing_is_silent_at_the_extremes_of_laws(study: str) -> None:
     """Over twelve decades of tension, of fibres, and to Gent's limit: what is not right says so."""
-    found = api.stress("laws-at-the-extremes", study=study)
+    found = python_api.stress("laws-at-the-extremes", study=study)
     words = [point.found.word for one in found.studies for point in one.points]
     assert "silent" not in words
     assert words.count("right") > 0.7 * len(words)

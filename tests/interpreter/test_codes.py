@@ -13,11 +13,11 @@ import manifolds
 import pytest
 
 import softmark
-from softmark.grammar.codes import CODES
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.print import CannotFormat
+from softmark.grammar.diagnostic_codes import CODES
+from softmark.grammar.printer import CannotFormat
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.dictionary.codes import Page, pages
+from softmark.interpreter.help.codes import Page, pages
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 PACKAGE = Path(softmark.__file__).parents[2]
@@ -52,8 +52,10 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def without_data(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No public data set is here, and none can be had."""
     monkeypatch.delenv("SOFTMARK_DATA", raising=False)
-    monkeypatch.setattr("softmark.references.data._place", lambda entry: folder / "cache" / Path(entry.name).name)
-    monkeypatch.setattr("softmark.references.data._copy", lambda *arguments: "no network")
+    monkeypatch.setattr(
+        "softmark.references.data_download._place", lambda entry: folder / "cache" / Path(entry.name).name
+    )
+    monkeypatch.setattr("softmark.references.data_download._copy", lambda *arguments: "no network")
 
 
 SOME = [pytest.param(p, marks=[pytest.mark.slow] * (p.code in LONG), id=p.code) for p in pages().values()]
@@ -62,7 +64,7 @@ SOME = [pytest.param(p, marks=[pytest.mark.slow] * (p.code in LONG), id=p.code) 
 @pytest.mark.parametrize("page", SOME)
 def test_examples(page: Page, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     if page.code == "E405":
-        monkeypatch.setattr("softmark.grammar.print.format_source", _refuse)
+        monkeypatch.setattr("softmark.grammar.printer.format_source", _refuse)
     _mesher(page.code, monkeypatch)
     status, found = codes_of(page.example("wrong"), capsys)
     assert page.code in found
@@ -79,7 +81,7 @@ def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
     And a library that combines shapes, as far as examples need one; none for contact, or faces that cross.
     """
-    where = "softmark.solvers.mesh.filling"
+    where = "softmark.solvers.mesh.tetrahedralization"
     monkeypatch.setattr(f"{where}._folder", lambda: None)
     monkeypatch.setattr(f"{where}.MESHER", "no-such-mesher" if code == "E575" else "numpy")
     if code == "E576":
@@ -93,7 +95,9 @@ def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
     elif code == "E630":
         monkeypatch.setitem(sys.modules, "ipctk", None)
     elif code == "W630":
-        monkeypatch.setattr("softmark.solvers.checks.crossings.crossings", lambda X, faces: faces[:1])
+        monkeypatch.setattr(
+            "softmark.solvers.independent_forces.self_intersection.crossings", lambda X, faces: faces[:1]
+        )
     elif code == "W349":
         cube = Box((0.009, 0.009, 0.009)).mesh("tet4", 0.003)
         monkeypatch.setattr(f"{where}._filled", lambda *arguments: (cube.points, cube.cells, 1.0))

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.language.conditions import EVERYWHERE, Condition, Term
-from softmark.interpreter.problem.parts.true import selected, volume
-from softmark.interpreter.problem.parts.within import HERE, within
-from softmark.solvers.mesh.combined import Combined, Difference, Intersection, Union
-from softmark.solvers.mesh.extruded import Extruded
-from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Condition, Term
+from softmark.interpreter.problem.surface_selection.containment import HERE, within
+from softmark.interpreter.problem.surface_selection.exact_surface import selected, volume
+from softmark.solvers.mesh.boolean_shapes import Combined, Difference, Intersection, Union
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, Sphere, Tube
 from softmark.solvers.mesh.spheres import Ellipsoid, SphericalShell

@@ -12,7 +12,7 @@ import manifolds
 import pytest
 
 import softmark
-from softmark.solvers.mesh import filling
+from softmark.solvers.mesh import tetrahedralization
 from softmark.solvers.mesh.shapes import Cylinder
 
 ROD = "cylinder(length = 20 mm, radius = 5 mm)"
@@ -41,9 +41,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
     monkeypatch.setitem(sys.modules, "manifold3d", manifolds)
     monkeypatch.setattr(manifolds.Manifold, "sound", True)
-    monkeypatch.setattr(filling, "_folder", lambda: None)
-    monkeypatch.setattr(filling, "MESHER", "numpy")
-    monkeypatch.setattr(filling, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_folder", lambda: None)
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
+    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
     return sizes
 
 

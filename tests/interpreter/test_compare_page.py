@@ -17,13 +17,13 @@ from urllib.parse import unquote
 
 import pytest
 
-from softmark.interpreter.report.compare.page import page as page_of
-from softmark.interpreter.report.compare.terminal import errors
-from softmark.interpreter.report.compare.terminal import table as table_of
-from softmark.interpreter.report.inline.compare import inline
-from softmark.interpreter.report.inline.shell import LARGEST
-from softmark.interpreter.report.page.document import POLICY
-from softmark.interpreter.study.analysis.compared import Compared
+from softmark.interpreter.report.comparison.comparison_page import page as page_of
+from softmark.interpreter.report.comparison.comparison_terminal import errors
+from softmark.interpreter.report.comparison.comparison_terminal import table as table_of
+from softmark.interpreter.report.notebook.box_frame import LARGEST
+from softmark.interpreter.report.notebook.comparison_box import inline
+from softmark.interpreter.report.page.html_document import POLICY
+from softmark.interpreter.study.analysis.comparison_record import Compared
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py
@@ -254,7 +254,7 @@ def test_a_notebook_shows_the_advice_then_numbers_then_the_figure(case: str, par
 
 
 def test_a_notebook_shows_the_first_of_many(monkeypatch: pytest.MonkeyPatch, parsed: Parsed) -> None:
-    monkeypatch.setattr("softmark.interpreter.report.inline.compare.ROWS", 2)
+    monkeypatch.setattr("softmark.interpreter.report.notebook.comparison_box.ROWS", 2)
     found = parsed(inline(Compared.from_json(usual()))).text
     assert f"2 of {len(usual()['points'])} configurations" in found
     assert "more are in comparison.points" in found
@@ -384,7 +384,7 @@ def test_what_others_wrote_steers_no_terminal() -> None:
 
 
 def test_what_an_older_file_does_not_say_has_a_default() -> None:
-    """The least that a `softmark-compare/1` may hold (results/forms.py): models, and whatever else is known."""
+    """The least that a `softmark-compare/1` may hold (results/json_validation.py): models and options."""
     found = Compared.from_json({"points": [{"model": "rod"}], "references": {"s": {"truth": {}}}})
     (rod,) = found.points
     assert (rod.label, rod.solved, rod.timed) == ("rod", False, False)

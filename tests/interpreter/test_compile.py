@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.front.load import checked
-from softmark.interpreter.language import sources
-from softmark.interpreter.language.expressions import PREDEFINED, Quantity
-from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language import scene_sources
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.expression_evaluation import PREDEFINED, Quantity
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.validation.scene_loader import checked
 from softmark.safe_files import open_regular
 
 GEL = "material gel = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
@@ -318,7 +318,7 @@ def test_nothing_else_is_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """A check opens the files that `use` names and no others: meshes are looked for, and not read."""
     (folder / "beam.msh").write_bytes(b"\0" * 100)
     read: list[str] = []
-    monkeypatch.setattr(sources, "open_regular", lambda path: (read.append(path.name), open_regular(path))[1])
+    monkeypatch.setattr(scene_sources, "open_regular", lambda path: (read.append(path.name), open_regular(path))[1])
     valid('use "lib/base.scene" as base\nshape s = mesh("beam.msh", unit = 1 mm)\n', folder=folder)
     assert read == ["base.scene"]
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from softmark.interpreter.cli.commands.completion import SHELLS
-from softmark.interpreter.cli.completion.answers import answers
+from softmark.interpreter.cli.completion.candidates import answers
 from softmark.interpreter.cli.main import COMMANDS
 
 MINE = "param L = 2 mm\nmodel fine = fem(tet4, size = L)\nmodel rod = beam6dof()\nstudy s = sweep(L, over = [1] mm)\n"

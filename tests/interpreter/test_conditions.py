@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.grammar.parse import parse_expression
-from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language.condition_syntax import selection
-from softmark.interpreter.language.conditions import Condition
-from softmark.interpreter.language.expressions import Bad, Evaluator, Place, Quantity
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.language.expression_evaluation import Bad, Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.stretches import coverage, coverages
+from softmark.interpreter.problem.axial_selection import coverage, coverages
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 

@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.language.expressions import Quantity, VectorValue
+from softmark.interpreter.language.expression_evaluation import Quantity, VectorValue
 from softmark.interpreter.metrics.curve_error import CurveError
-from softmark.interpreter.metrics.curves import Course, Curve
+from softmark.interpreter.metrics.curve_geometry import Course, Curve
 from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
-from softmark.interpreter.report.run.figures.bands import Band
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.terminal import table
-from softmark.interpreter.study.analysis.point import ComparedPoint
+from softmark.interpreter.report.run.figures.tolerance_bands import Band
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_terminal import table
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
 from softmark.references import REFERENCES
-from softmark.references.consensus import Consensus, ConsensusCurve
-from softmark.references.measured import Unreadable
-from softmark.references.values import KnownValue
+from softmark.references.code_consensus import Consensus, ConsensusCurve
+from softmark.references.measured_data import Unreadable
+from softmark.references.published_values import KnownValue
 
 LENGTH, PLAIN, TIME = (1, 0, 0, 0, 0), (0, 0, 0, 0, 0), (0, 0, 1, 0, 0)
 ROD = """

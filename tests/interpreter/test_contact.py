@@ -10,10 +10,10 @@ import pytest
 from octahedra import octahedron
 
 from softmark import load, loads
-from softmark.interpreter.models.shared import contacting
-from softmark.interpreter.run.options import Options, Sound
-from softmark.interpreter.run.pipeline import report_of
-from softmark.solvers.checks import touching
+from softmark.interpreter.models.shared import rigid_contact_setup
+from softmark.interpreter.pipeline.run_options import Options, Sound
+from softmark.interpreter.pipeline.run_pipeline import report_of
+from softmark.solvers.independent_forces import rigid_contact_forces
 
 PRESSED = """softmark 1
 scene "a sphere on the middle of a cylinder"
@@ -59,7 +59,7 @@ def test_a_barrier_that_is_too_soft_is_raised(monkeypatch: pytest.MonkeyPatch) -
     """A hundred thousand times too soft: no node is behind the sphere, and the force is the same to the gap left."""
     text = pressed("quad4, integration = selective", 2.5, "finite", AT_ONCE)
     right = loads(text).run().models["quads"].metrics["push"].value
-    monkeypatch.setattr(contacting, "BEARS", 1e-5 * contacting.BEARS)
+    monkeypatch.setattr(rigid_contact_setup, "BEARS", 1e-5 * rigid_contact_setup.BEARS)
     soft = loads(text).run().models["quads"]
     assert soft.status == "converged"
     assert soft.solve["stiffened"] > 1.0
@@ -294,7 +294,7 @@ def test_what_is_too_much_to_look_at_again_is_told(tmp_path: Path, monkeypatch: 
     """Eight triangles, and 20 nodes beside them: all others of the surface are too many, and what is known is kept."""
     (tmp_path / "tool.obj").write_text(OCTAHEDRON)
     (tmp_path / "beside.scene").write_text(BESIDE)
-    monkeypatch.setattr(touching, "MOST", 8 * 25)
+    monkeypatch.setattr(rigid_contact_forces, "MOST", 8 * 25)
     found = load(tmp_path / "beside.scene").run().models["bricks"]
     assert found.status == "converged"
     seen = found.solve["checks"]["contact"]["touch"]

@@ -12,7 +12,7 @@ import pytest
 
 import softmark
 from softmark import loads
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run
 
 SCENES = Path(__file__).parents[2] / "stdlib-scenes" / "contact"
 
@@ -100,7 +100,7 @@ def test_moment_area_and_pressure_are_those_of_the_force() -> None:
 
 def test_the_page_and_the_file_have_the_curve(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     """As a chart with its numbers, and as lists in SI."""
-    from softmark.interpreter.report.run.html import render
+    from softmark.interpreter.report.run.report_page import render
 
     file = tmp_path / "bar.scene"
     file.write_text(BAR.format(end=2, size=10, integrator="trapezoidal"), encoding="utf-8")

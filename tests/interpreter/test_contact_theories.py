@@ -8,14 +8,14 @@ import pytest
 from told import case, problem, refused
 
 import softmark
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.theories import at_rest_of, doubt_of_theory, problem_of, solved
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.tables.shared import pressing
-from softmark.interpreter.report.run.terminal import table
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, problem_of, solved
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_terminal import table
+from softmark.interpreter.report.run.tables.table_section import pressing
 from softmark.references.cattaneo_mindlin import PartialSlip
-from softmark.references.half_space import HalfSpace
-from softmark.references.layer import Layer
+from softmark.references.half_space_indentation import HalfSpace
+from softmark.references.layer_integral_equation import Layer
 from softmark.references.line_contact import LineContact, half_width
 
 BLOCK = """
@@ -132,7 +132,7 @@ def test_from_any_side_and_at_any_state() -> None:
 
 
 def _in_state(text: str, number: int):
-    from softmark.interpreter.language.states import in_state
+    from softmark.interpreter.language.scene_states import in_state
 
     scene = in_state(softmark.loads("softmark 1\n" + text).scene, number)
     return scene.declared["told"], case_of(scene, "block")

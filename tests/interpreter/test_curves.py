@@ -14,13 +14,13 @@ from scipy.integrate import quad
 
 import softmark
 from softmark.interpreter.metrics.curve_error import CurveError
-from softmark.interpreter.metrics.curves import Course, Curve
+from softmark.interpreter.metrics.curve_geometry import Course, Curve
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
-from softmark.interpreter.metrics.undefined import Undefined
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.terminal import table
-from softmark.interpreter.run.pipeline import Options, run
-from softmark.interpreter.vocabulary.courses import Table
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_terminal import table
+from softmark.interpreter.vocabulary.amplitude_words import Table
 
 STATISTICS = ("rms", "max", "area", "unexplained", "slope")
 

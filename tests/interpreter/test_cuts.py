@@ -11,8 +11,8 @@ import pytest
 from octahedra import octahedron
 
 from softmark import load
-from softmark.interpreter.evidence.contact_notes import _finer
-from softmark.interpreter.language.conditions import EVERYWHERE
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
+from softmark.interpreter.verification.contact_warnings import _finer
 from softmark.solvers.mesh.shapes import Box
 
 SOLID = """softmark 1

@@ -12,12 +12,12 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.exchange import formats, scene, units
-from softmark.interpreter.exchange.amplitudes import Amplitude
-from softmark.interpreter.exchange.record import Deck, Foreign
-from softmark.references.measured import Unreadable
+from softmark.interpreter.importers import deck_units, import_formats, scene_writer
+from softmark.interpreter.importers.deck_amplitudes import Amplitude
+from softmark.interpreter.importers.imported_deck import Deck, Foreign
+from softmark.references.measured_data import Unreadable
 
-MM = units.told("mm-t-s", None, None, None)
+MM = deck_units.told("mm-t-s", None, None, None)
 NODES = """*NODE, NSET=ALL
 1, 0., 0., 0.\n2, 0., 1., 0.\n3, 0., 0., 1.\n4, 0., 1., 1.
 5, 1., 0., 0.\n6, 1., 1., 0.\n7, 1., 0., 1.\n8, 1., 1., 1.
@@ -36,7 +36,7 @@ BAR = NODES + CELLS + SETS + ELASTIC + STEP
 def read(folder: Path, text: str) -> Deck:
     """A deck of this text."""
     (folder / "d.inp").write_text(text)
-    return formats.read(folder / "d.inp")
+    return import_formats.read(folder / "d.inp")
 
 
 def changed(*changes: tuple[str, str]) -> str:
@@ -259,8 +259,8 @@ def test_weights_of_sets_that_are_all_of_the_body_together(tmp_path: Path) -> No
 )
 def test_reasons_of_materials_that_no_law_here_is(card: str, why: str, tmp_path: Path) -> None:
     found = read(tmp_path, changed(("*ELASTIC\n1000., 0.3", card)))
-    with pytest.raises(scene.Wanting) as wanting:
-        scene.written(found, MM, scene.Filled(), "x.inp")
+    with pytest.raises(scene_writer.Wanting) as wanting:
+        scene_writer.written(found, MM, scene_writer.Filled(), "x.inp")
     assert why in str(wanting.value)
 
 
@@ -329,7 +329,7 @@ def test_files_that_are_included_again_and_again_are_refused(tmp_path: Path) -> 
     for i in range(9):
         (tmp_path / f"f{i}.inp").write_text(f"*INCLUDE, INPUT=f{i + 1}.inp\n" * 10)
     with pytest.raises(Unreadable, match="included too often"):
-        formats.read(tmp_path / "f0.inp")
+        import_formats.read(tmp_path / "f0.inp")
 
 
 # ------------------------------------------------------------------ scenes
@@ -355,8 +355,8 @@ def test_how_a_deck_was_taken_is_printed(tmp_path: Path, capsys: pytest.CaptureF
 def test_no_density_is_needed_but_for_weight(tmp_path: Path) -> None:
     assert "density = 1000.0 kg/m^3" in imported(tmp_path, BAR)
     found = read(tmp_path, changed(("*CLOAD\nTIP, 3, -10.", "*DLOAD\nBAR, GRAV, 9810., 0., 0., -1.")))
-    with pytest.raises(scene.Wanting, match="no density"):
-        scene.written(found, MM, scene.Filled(), "x.inp")
+    with pytest.raises(scene_writer.Wanting, match="no density"):
+        scene_writer.written(found, MM, scene_writer.Filled(), "x.inp")
 
 
 def test_forces_on_many_nodes_are_carried_over(tmp_path: Path) -> None:
@@ -383,7 +383,7 @@ def test_forces_on_many_nodes_are_carried_over(tmp_path: Path) -> None:
 
 def format_of(text: str) -> str:
     """The canonical form of a scene."""
-    from softmark.grammar.print import format_source
+    from softmark.grammar.printer import format_source
 
     return format_source(Source("x", text))
 

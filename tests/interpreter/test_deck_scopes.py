@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.interpreter.exchange import formats
-from softmark.solvers.mesh import groups
+from softmark.interpreter.importers import import_formats
+from softmark.solvers.mesh import mesh_groups
 from softmark.solvers.mesh.shapes import MeshFile
 
 SEEDS = 240
@@ -288,7 +288,7 @@ def test_supports_and_forces_act_on_the_nodes_of_their_scopes(block: int, tmp_pa
     for seed in range(block, SEEDS, 8):
         text = deck(seed)
         (tmp_path / "d.inp").write_text(text)
-        small, found = SmallReader(text), formats.read(tmp_path / "d.inp")
+        small, found = SmallReader(text), import_formats.read(tmp_path / "d.inp")
         ((held, *_),), ((pulled, *_),) = small.acts["boundary"], small.acts["cload"]
         whole = {p for hold in found.holds for p in near(found.points[hold.nodes])}
         assert whole == small.places(small.of("n", held)), (seed, held)
@@ -310,12 +310,12 @@ def test_groups_of_a_mesh_file_have_scoped_names(block: int, tmp_path: Path) -> 
         small, known = SmallReader(text), {name.lower(): name for name in mesh.groups}
         cells, nodes = small.names("e"), small.names("n")
         for name, own in cells.items():
-            inside = groups.cells_in(mesh, known[name])
+            inside = mesh_groups.cells_in(mesh, known[name])
             X = mesh.points[mesh.cells[inside]].mean(axis=1)
             assert set(rounded(X)) == small.middles(own), (seed, name)
         for name, own in nodes.items():
             if name not in cells:
-                there = near(mesh.points[groups.nodes_in(mesh, known[name])])
+                there = near(mesh.points[mesh_groups.nodes_in(mesh, known[name])])
                 assert there == small.places(own), (seed, name)
         assert {n for n in known if not n.startswith("skin-")} == cells.keys() | nodes.keys(), seed
 

@@ -11,9 +11,14 @@ import meshio
 import numpy as np
 import pytest
 
-from softmark.interpreter.models.outside.decks import febio, mujoco, polyfem, sofa
-from softmark.interpreter.models.outside.decks.named import Named
-from softmark.interpreter.models.outside.problem import Motion, Problem, Stuff
+from softmark.interpreter.models.external.exporters import (
+    febio_exporter,
+    mujoco_exporter,
+    polyfem_exporter,
+    sofa_exporter,
+)
+from softmark.interpreter.models.external.exporters.named_parts import Named
+from softmark.interpreter.models.external.external_problem import Motion, Problem, Stuff
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TET = Problem(
@@ -38,7 +43,7 @@ def row(element: ElementTree.Element | None) -> list[float]:
 
 def test_a_deck_has_all_of_the_problem_in_its_units() -> None:
     """1 m is 1e3 of its own and 1 N is 1e6; nodes and elements count from 1; state k is at time k."""
-    root = ElementTree.fromstring("\n".join(febio.deck(TET, NAMED)))
+    root = ElementTree.fromstring("\n".join(febio_exporter.deck(TET, NAMED)))
     assert [row(own) for own in root.iter("node") if "id" in own.attrib] == POINTS.tolist()
     assert [row(own) for own in root.iter("elem")] == [[1, 2, 3, 4]]
     sets = {own.attrib["name"]: row(own) for own in root.iter("NodeSet")}
@@ -62,17 +67,17 @@ def test_a_deck_has_all_of_the_problem_in_its_units() -> None:
 
 
 def test_what_it_does_not_have_is_refused() -> None:
-    assert febio.refuses(TET) == []
-    assert "finite strain" in febio.refuses(replace(TET, strain="small"))[0][1]
-    assert "quadrature" in febio.refuses(replace(TET, element="hex20"))[0][1]
+    assert febio_exporter.refuses(TET) == []
+    assert "finite strain" in febio_exporter.refuses(replace(TET, strain="small"))[0][1]
+    assert "quadrature" in febio_exporter.refuses(replace(TET, element="hex20"))[0][1]
     other = replace(TET.stuff[0], law="neo_hookean_isochoric")
-    assert "three fields" in febio.refuses(replace(TET, stuff=(other,)))[0][1]
+    assert "three fields" in febio_exporter.refuses(replace(TET, stuff=(other,)))[0][1]
 
 
 def test_a_scene_of_sofa_has_all_of_the_problem() -> None:
     """In SI, nodes from 0; mu = E / (2 (1 + nu)) = 4 kPa, lambda = E nu / ((1 + nu) (1 - 2 nu)) = 4 kPa."""
     problem = replace(TET, values=np.zeros(6), shares=(1.0,))
-    root = ElementTree.fromstring("\n".join(sofa.deck(problem)))
+    root = ElementTree.fromstring("\n".join(sofa_exporter.deck(problem)))
     found = {own.attrib.get("name", own.tag): own.attrib for own in root.iter()}
     numbers = {name: [float(v) for v in own.split()] for name, own in found["mesh"].items() if name != "name"}
     assert numbers == {"position": TET.points.ravel().tolist(), "tetrahedra": [0, 1, 2, 3]}
@@ -84,10 +89,12 @@ def test_a_scene_of_sofa_has_all_of_the_problem() -> None:
     at_rest, u = found["VTKExporter"]["position"], found["VTKExporter"]["pointsDataFields"]
     assert (at_rest, u) == ("@state.rest_position", "u=moved.output")
     assert found["moved"]["substractor"] == at_rest
-    small = sofa.refuses(replace(problem, strain="small", stuff=(replace(TET.stuff[0], law="linear_elastic"),)))
-    assert sofa.refuses(problem) == small == []
-    assert [what for what, _ in sofa.refuses(TET)] == ["a support that moves", "several states"]
-    assert [what for what, _ in sofa.refuses(replace(problem, element="hex8"))] == ["hex8"]
+    small = sofa_exporter.refuses(
+        replace(problem, strain="small", stuff=(replace(TET.stuff[0], law="linear_elastic"),))
+    )
+    assert sofa_exporter.refuses(problem) == small == []
+    assert [what for what, _ in sofa_exporter.refuses(TET)] == ["a support that moves", "several states"]
+    assert [what for what, _ in sofa_exporter.refuses(replace(problem, element="hex8"))] == ["hex8"]
 
 
 PUSHED = {"push": np.array([[0.0, 0, 0], [0, 2, 0], [0, 2, 0], [0, 2, 0]]) * 1e-6}  # on the oblique facet
@@ -130,8 +137,8 @@ def test_a_deck_of_polyfem_has_all_of_the_problem(tmp_path: Path) -> None:
     named = Named(
         {"bar": np.array([0])}, {"wall": np.arange(3)}, PUSHED | WEIGHED, {**FACETS, "wall": np.array([[0, 1, 2]])}
     )
-    assert polyfem.refuses(problem) == polyfem.lost(problem, named) == []
-    deck = polyfem.deck(problem, named)
+    assert polyfem_exporter.refuses(problem) == polyfem_exporter.lost(problem, named) == []
+    deck = polyfem_exporter.deck(problem, named)
     assert unspecified(deck) == []
     assert deck["output"] == {"json": "statistics.json", "paraview": {"file_name": "answer.vtu"}}
     selected = {own["id"]: own["center"] for own in deck["geometry"][0]["surface_selection"]}
@@ -143,7 +150,7 @@ def test_a_deck_of_polyfem_has_all_of_the_problem(tmp_path: Path) -> None:
     assert pushed["value"] == pytest.approx([0.0, 6e-6 / (0.5 * 3.0**0.5 * 1e-6), 0.0])
     assert selected[pushed["id"]] == pytest.approx([1e-3 / 3.0] * 3)
     assert deck["materials"] == [{"id": 1, "type": "NeoHookean", "E": 1e4, "nu": 0.25, "rho": 1000.0}]
-    assert polyfem.export(problem, named, tmp_path) == ["model.json", "mesh.msh"]
+    assert polyfem_exporter.export(problem, named, tmp_path) == ["model.json", "mesh.msh"]
     mesh = meshio.read(tmp_path / "mesh.msh")
     assert mesh.cells_dict["tetra"].tolist() == [[0, 1, 2, 3]]
     assert mesh.cell_data_dict["gmsh:physical"]["tetra"].tolist() == [1]  # the number of its material
@@ -152,11 +159,11 @@ def test_a_deck_of_polyfem_has_all_of_the_problem(tmp_path: Path) -> None:
 def test_what_polyfem_cannot_be_told_is_refused() -> None:
     """Nodes that are held beside whole facets, loads that are no traction, states, other elements."""
     point = replace(TET, held=TET.held[:3], values=np.zeros(3))
-    assert [what for what, _ in polyfem.refuses(point)] == ["several states", "the supports"]
-    assert [what for what, _ in polyfem.refuses(replace(TET, element="hex8"))] == ["hex8"]
+    assert [what for what, _ in polyfem_exporter.refuses(point)] == ["several states", "the supports"]
+    assert [what for what, _ in polyfem_exporter.refuses(replace(TET, element="hex8"))] == ["hex8"]
     one = {"pull": np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [1e-6, 0, 0]])}
     named = Named({"bar": np.array([0])}, {}, one, {})
-    assert [what for what, _ in polyfem.lost(replace(TET, forces=one["pull"]), named)] == ["load `pull`"]
+    assert [what for what, _ in polyfem_exporter.lost(replace(TET, forces=one["pull"]), named)] == ["load `pull`"]
 
 
 MOVING = replace(
@@ -171,7 +178,7 @@ MOVING = replace(
 def test_a_model_of_mujoco_has_all_of_the_problem() -> None:
     """What is held has no slide; beside its weight a node is pushed, and slowed by 3 / s of its mass."""
     assert MOVING.motion is not None
-    root = ElementTree.fromstring(mujoco.deck(MOVING, MOVING.motion))
+    root = ElementTree.fromstring(mujoco_exporter.deck(MOVING, MOVING.motion))
     option, flex, elastic = (next(root.iter(tag)) for tag in ("option", "flex", "elasticity"))
     assert [float(v) for v in option.attrib["gravity"].split()] == pytest.approx([0.0, 0.0, -9.81])
     assert (option.attrib["timestep"], option.attrib["integrator"]) == ("0.001", "discrete")
@@ -183,5 +190,5 @@ def test_a_model_of_mujoco_has_all_of_the_problem() -> None:
     assert bias.keys() == {"n3y", "n3z"}
     assert bias["n3y"] == pytest.approx([2e-6, 0.0, drag], rel=1e-9)
     assert bias["n3z"] == pytest.approx([0.0, 0.0, drag], rel=1e-9)
-    assert mujoco.refuses(MOVING) == []
-    assert [what for what, _ in mujoco.refuses(replace(TET, element="hex8"))] == ["hex8", "neo_hookean"]
+    assert mujoco_exporter.refuses(MOVING) == []
+    assert [what for what, _ in mujoco_exporter.refuses(replace(TET, element="hex8"))] == ["hex8", "neo_hookean"]

@@ -23,7 +23,7 @@ from pathlib import Path
 import pytest
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.dictionary.codes import pages
+from softmark.interpreter.help.codes import pages
 
 FOLDER = Path(__file__).parents[1] / "errors"
 SCENES = sorted(FOLDER.glob("*.scene"))
@@ -52,8 +52,10 @@ def _here(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.chdir(folder)
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.delenv("SOFTMARK_DATA", raising=False)
-    monkeypatch.setattr("softmark.references.data._place", lambda entry: tmp_path / "cache" / Path(entry.name).name)
-    monkeypatch.setattr("softmark.references.data._copy", lambda *arguments: "no network")
+    monkeypatch.setattr(
+        "softmark.references.data_download._place", lambda entry: tmp_path / "cache" / Path(entry.name).name
+    )
+    monkeypatch.setattr("softmark.references.data_download._copy", lambda *arguments: "no network")
 
 
 def shown(text: str, name: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:

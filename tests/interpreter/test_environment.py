@@ -20,7 +20,7 @@ from types import ModuleType
 import pytest
 from walk import DAY, WHOLE
 
-from softmark.interpreter.cli import signals
+from softmark.interpreter.cli import exit_signals
 
 DSL = (sys.executable, "-P", "-m", "softmark.interpreter")
 SCENE = """material gel    = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)
@@ -197,12 +197,12 @@ def test_homes_caches_and_folders_that_are_not_there(folder: Path, settings: dic
 
 
 def test_errors_of_the_system_are_named() -> None:
-    assert "raise the limit on open files" in str(signals.spent(OSError(errno.EMFILE, "Too many open files")))
-    assert "out of memory" in str(signals.spent(MemoryError()))
+    assert "raise the limit on open files" in str(exit_signals.spent(OSError(errno.EMFILE, "Too many open files")))
+    assert "out of memory" in str(exit_signals.spent(MemoryError()))
     unmapped = ImportError("x.so: failed to map segment from shared object")
-    assert "while loading libraries" in str(signals.spent(unmapped))
-    assert signals.spent(ValueError("ours")) is None
-    assert signals.spent(FileNotFoundError(errno.ENOENT, "No such file")) is None
+    assert "while loading libraries" in str(exit_signals.spent(unmapped))
+    assert exit_signals.spent(ValueError("ours")) is None
+    assert exit_signals.spent(FileNotFoundError(errno.ENOENT, "No such file")) is None
 
 
 # ------------------------------------------------------------------ signals

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.mesh.shapes import Box
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"

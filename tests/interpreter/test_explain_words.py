@@ -8,10 +8,10 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.dictionary.examples import sample
-from softmark.interpreter.dictionary.words import constructors
+from softmark.interpreter.help.constructor_examples import sample
+from softmark.interpreter.help.word_pages import constructors
 from softmark.interpreter.language import units
-from softmark.interpreter.language.schema import Constructor
+from softmark.interpreter.language.field_schema import Constructor
 from softmark.solvers.materials import WORDS
 from softmark.solvers.mesh.shapes import SHAPES
 

@@ -13,9 +13,9 @@ import pytest
 import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language import units
-from softmark.interpreter.models.outside.decks import FORMATS, OF_MM
-from softmark.interpreter.report.exam import readme
-from softmark.solvers.mesh.files import reading
+from softmark.interpreter.models.external.exporters import FORMATS, OF_MM
+from softmark.interpreter.report.exam_export import exam_readme
+from softmark.solvers.mesh.files import mesh_reader
 
 ELEMENTS = ("tet4", "tet10", "hex8", "hex27")
 BAR = """softmark 1
@@ -88,7 +88,7 @@ def test_the_page_names_the_unit_of_everything_that_is_asked(to: str, said: list
     asked = {"sink": "m", "push": "N", "held": "N", "most": "Pa", "eta": "1", "way": "s"}
     scene = {"title": "A bar", "standard": None, "file": "my.scene"}
     metrics = {name: {"text": "", "unit": unit} for name, unit in asked.items()}
-    shown = readme.text({"scene": scene, "softmark": "1", "models": {}, "metrics": metrics, "left": []}, to)
+    shown = exam_readme.text({"scene": scene, "softmark": "1", "models": {}, "metrics": metrics, "left": []}, to)
     first = "Asked, in the unit of exam.json (and of the other files, where that is another):"
     assert "\n".join([first, *said, ""]) in shown
 
@@ -137,7 +137,7 @@ def test_a_mesh_for_gmsh_is_read_again_with_its_groups(element: str, tmp_path: P
     file = tmp_path / "out" / "small" / "mesh.msh"
     assert exported(bar(element), "vtu", tmp_path, "--model", "small") == 0
     ours = meshio.read(tmp_path / "out" / "small" / "problem.vtu")
-    again = reading.read(str(file), 1.0)
+    again = mesh_reader.read(str(file), 1.0)
     assert np.array_equal(again.points, ours.points)
     assert np.array_equal(again.cells, ours.cells[0].data)
     data = meshio.read(file)

@@ -10,11 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.grammar.parse import parse_expression
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.front.load import checked
+from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expressions import (
+from softmark.interpreter.language.expression_evaluation import (
     FUNCTIONS,
     Bad,
     Evaluator,
@@ -23,6 +21,8 @@ from softmark.interpreter.language.expressions import (
     Value,
     VectorValue,
 )
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.validation.scene_loader import checked
 
 NAMES = {"L": Quantity(0.178, units.LENGTH), "n": Quantity(3.0, units.NONE), "v": VectorValue((1.0, 2.0), units.LENGTH)}
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.language.scene import SceneError
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.far_stress import core_of, said
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.terminal import table
-from softmark.references.round_core import Hookean, RoundCore
+from softmark.interpreter.language.compiled_scene import SceneError
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.problem.inclusion_theory import core_of, said
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_terminal import table
+from softmark.references.inclusion import Hookean, RoundCore
 
 GELS = """material gel  = linear_elastic(young = 10 kPa, poisson = 0.4, density = 1000 kg/m^3)
 material bead = linear_elastic(young = 80 kPa, poisson = 0.2, density = 1000 kg/m^3)

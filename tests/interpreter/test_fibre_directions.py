@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.interpreter.face import api
-from softmark.interpreter.language.enclosures import over
-from softmark.interpreter.language.profiles import Streams
+from softmark.interpreter.api import python_api
+from softmark.interpreter.language.interval_arithmetic import over
+from softmark.interpreter.language.spatial_profiles import Streams
 
 STRIP = """
 material flesh = transversely_isotropic(shear = 10 kPa, k1 = 20 kPa, k2 = 1, density = 1000 kg/m^3, bulk = 100 kPa,
@@ -27,7 +27,7 @@ EXPRESSIONS = (
 
 
 def rule(text: str) -> Streams:
-    found = api.loads(STRIP.format(text, BOX, "hex8", "5 mm")).scene.declared["flesh"].thing.fibres
+    found = python_api.loads(STRIP.format(text, BOX, "hex8", "5 mm")).scene.declared["flesh"].thing.fibres
     assert isinstance(found, Streams)
     return found
 
@@ -50,7 +50,7 @@ def test_all_values_over_a_box_are_within_its_bounds(text: str) -> None:
 
 
 def said(text: str, shape: str = BOX, kind: str = "hex8", size: str = "5 mm") -> tuple[list[str], str]:
-    report = api.loads(STRIP.format(text, shape, kind, size)).run()
+    report = python_api.loads(STRIP.format(text, shape, kind, size)).run()
     return [w.code for w in report.warnings], " ".join(w.message for w in report.warnings if w.code == "W389")
 
 
@@ -64,8 +64,8 @@ def said(text: str, shape: str = BOX, kind: str = "hex8", size: str = "5 mm") ->
 )  # fmt: skip
 def test_volumes_without_a_direction_are_refused(text: str, share: str) -> None:
     """Sixteenths of a cell count where there is none all over: x <= 15 of 40 mm, 2.5 of 40 (not 2.6), 0.9375 of 10."""
-    with pytest.raises(api.SceneError) as refused:
-        api.loads(STRIP.format(text, BOX, "hex8", "5 mm")).run()
+    with pytest.raises(python_api.SceneError) as refused:
+        python_api.loads(STRIP.format(text, BOX, "hex8", "5 mm")).run()
     told = refused.value.diagnostics[0]
     assert told.code == "E383"
     assert f"at least {share} of its volume" in told.message
@@ -94,7 +94,7 @@ def test_directions_that_are_one_line_on_both_sides_are_taken(text: str) -> None
 
 
 def test_a_rod_without_expressions_looks_at_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    from softmark.interpreter.models.shared import hollow
+    from softmark.interpreter.models.shared import undefined_fiber_directions
 
-    monkeypatch.setattr(hollow, "_looked", None)
+    monkeypatch.setattr(undefined_fiber_directions, "_looked", None)
     assert "W389" not in said("1, 0, 0")[0]

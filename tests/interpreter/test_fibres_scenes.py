@@ -10,9 +10,9 @@ from loaded import loaded_by
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.evidence.fibres import wound
-from softmark.interpreter.vocabulary.fibres import Helix
-from softmark.solvers.materials.frame import NoDirection
+from softmark.interpreter.verification.fiber_directions_check import wound
+from softmark.interpreter.vocabulary.fiber_words import Helix
+from softmark.solvers.materials.material_axes import NoDirection
 
 HEART = "guccione(stiffness = 2 kPa, bf = 8, bt = 2, bfs = 4, density = 1000 kg/m^3, fibres = {fibres}{more})"
 LAWS = {
@@ -155,8 +155,13 @@ def test_nothing_of_it_is_imported_for_other_scenes() -> None:
     text = STRIP.format(law="neo_hookean(young = 10 kPa, poisson = 0.3, density = 1000 kg/m^3)", active="",
                         made_of="tissue") + "model one = fem(hex8, strain = finite, size = 20 mm)"  # fmt: skip
     found = loaded_by(text)
-    others = ("interpreter.problem.directed", "interpreter.evidence.fibres", "interpreter.vocabulary.fibres",
-              "solvers.checks.fibres", "solvers.materials.varying")  # fmt: skip
+    others = (
+        "interpreter.problem.anisotropy_limits",
+        "interpreter.verification.fiber_directions_check",
+        "interpreter.vocabulary.fiber_words",
+        "solvers.independent_forces.fiber_axes_by_differences",
+        "solvers.materials.heterogeneous",
+    )
     assert not found & set(others)
 
 

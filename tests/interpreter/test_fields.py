@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 import softmark
-from softmark.interpreter.evidence.graded import again
-from softmark.interpreter.language.expressions import Quantity
+from softmark.interpreter.language.expression_evaluation import Quantity
 from softmark.interpreter.problem.field_files import loaded, reading
-from softmark.interpreter.vocabulary.fields import Field
-from softmark.references.measured import Unreadable
+from softmark.interpreter.verification.heterogeneous_constants_check import again
+from softmark.interpreter.vocabulary.field_words import Field
+from softmark.references.measured_data import Unreadable
 
 Floats = NDArray[np.float64]
 

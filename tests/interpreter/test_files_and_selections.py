@@ -11,8 +11,8 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.front import files_and_selections
-from softmark.solvers.mesh.files import formats
+from softmark.interpreter.validation import file_and_selection_checks
+from softmark.solvers.mesh.files import mesh_formats
 
 TWO = """
 material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -30,14 +30,14 @@ metric sag = displacement(tip, along = -z)
 def test_every_format_that_is_read_is_known_by_its_ending() -> None:
     """An ending that meshio reads and this list does not know would be refused; one of both lists has no meaning."""
     read = {Path(f"a{ending}").suffix for ending in meshio.extension_to_filetypes}
-    assert read == formats.MESHES | formats.SURFACES
-    assert not formats.MESHES & formats.SURFACES
+    assert read == mesh_formats.MESHES | mesh_formats.SURFACES
+    assert not mesh_formats.MESHES & mesh_formats.SURFACES
 
 
 @pytest.mark.parametrize(("name", "steps"), [("skin.stl", False), ("skin.ply", True), ("skin.msh", False)])
 def test_a_surface_is_filled_by_what_fills_it(name: str, steps: bool) -> None:
     """`gmsh -3 skin.stl` of Gmsh 4.15 leaves 12 triangles; with a volume it makes tetrahedra. It merges no .ply."""
-    said = formats.filling(Path(name))
+    said = mesh_formats.filling(Path(name))
     assert "Surface Loop(1) = Surface{:}; Volume(1) = {1};" in said
     assert ("meshio convert skin.ply skin.stl" in said) == steps
     assert f"gmsh -3 {name}" not in said
@@ -74,7 +74,7 @@ STUDY = {"compare": ["--repeats", "0"], "stress": []}
 
 
 def test_a_model_needs_what_it_is_made_from() -> None:
-    from softmark.interpreter.front.requests import needed
+    from softmark.interpreter.validation.requested_names import needed
 
     scene = softmark.loads(TWO.replace("model rod = beam6dof(segments = 4)\n", "")).scene
     assert needed(scene, ["few"]) == ("fe", "few")
@@ -118,7 +118,7 @@ def test_a_selection_is_refused_only_where_it_misses_the_surface(shape: str) -> 
 
 def test_a_selection_of_the_surface_is_seen_with_little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """Conditions on whole faces, the usual ones: a hundred cells at most, not thousands."""
-    monkeypatch.setattr(files_and_selections, "MOST", 100)
+    monkeypatch.setattr(file_and_selection_checks, "MOST", 100)
     for where in ("x >= 100 mm", "z >= 15 mm", "x >= 50 mm and x <= 51 mm", "not x <= 0 mm"):
         text = TWO.replace("z >= 15 mm", where).replace("model rod = beam6dof(segments = 4)\n", "")
         softmark.loads(text)

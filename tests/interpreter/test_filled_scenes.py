@@ -13,7 +13,7 @@ import trimesh
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.solvers.mesh import filling
+from softmark.solvers.mesh import tetrahedralization
 from softmark.solvers.mesh.shapes import Box
 
 SIZE = (20e-3, 10e-3, 10e-3)
@@ -37,14 +37,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """With a surface of the block, in millimetres, and a mesher that knows no other body."""
     box = trimesh.creation.box(bounds=1e3 * np.array([(0.0, 0.0, 0.0), SIZE]))
     box.export(tmp_path / "block.stl")
-    monkeypatch.setattr(filling, "_folder", lambda: None)
-    monkeypatch.setattr(filling, "MESHER", "numpy")
+    monkeypatch.setattr(tetrahedralization, "_folder", lambda: None)
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
 
     def mesher(surface: Any, size: float, tolerance: float, **field: Any) -> Any:
         mesh = Box(SIZE).mesh("tet4", size)
         return mesh.points, mesh.cells, 1.0
 
-    monkeypatch.setattr(filling, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -87,7 +87,7 @@ def test_a_public_surface_is_examined_when_it_is_here(folder: Path, monkeypatch:
     data = folder / "data" / "silicone-beam"
     data.mkdir(parents=True)
     box.export(data / "cylinder_Surface.stl")
-    monkeypatch.setattr("softmark.references.data.find", lambda name: data / "cylinder_Surface.stl")
+    monkeypatch.setattr("softmark.references.data_download.find", lambda name: data / "cylinder_Surface.stl")
     shape = 'filled("data:silicone-beam/cylinder_Surface.obj", unit = 1 mm)'
     found = run(folder, shape, "fem(tet4, strain = small, size = 5 mm)")
     assert [w.code for w in found.warnings if w.code in ("W348", "W350")] == ["W348", "W350"]

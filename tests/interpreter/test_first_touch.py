@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from softmark.interpreter.cli.commands import report_folder as shelves
-from softmark.interpreter.report.run import html
+from softmark.interpreter.report.run import report_page
 from softmark.solvers.energies import rod_kinematics
 
 COMPILED = 27  # functions for one run of corotational tetrahedra; 137 when sorts and LAPACK went through numba
@@ -72,7 +72,7 @@ import gc, json, os, sys
 
 searches = []
 gc.callbacks.append(lambda phase, info: searches.append("numba" in sys.modules))
-from softmark.interpreter.run import models as runner
+from softmark.interpreter.pipeline import models as runner
 from softmark import pausing
 from softmark.interpreter.cli.main import main
 
@@ -152,8 +152,8 @@ def test_a_page_is_made_once_however_many_models_there_are(
 ) -> None:
     from softmark.interpreter.cli.main import main
 
-    pages, render = [], html.render
-    monkeypatch.setattr(html, "render", lambda report: pages.append(report) or render(report))  # type: ignore[func-returns-value]
+    pages, render = [], report_page.render
+    monkeypatch.setattr(report_page, "render", lambda report: pages.append(report) or render(report))  # type: ignore[func-returns-value]
     assert main(["run", scene(tmp_path, 5), "--out", str(tmp_path / "out")]) == 0
     assert len(pages) == 1
     assert len(pages[0].models) == 5
@@ -166,9 +166,9 @@ def test_versions_of_libraries_are_read_once_however_many_models_there_are(
     from importlib import metadata
 
     from softmark.interpreter.cli.main import main
-    from softmark.interpreter.run import environment
+    from softmark.interpreter.pipeline import run_environment
 
-    environment._versions.cache_clear()
+    run_environment._versions.cache_clear()
     asked, version = [], metadata.version
     monkeypatch.setattr(metadata, "version", lambda name: asked.append(name) or version(name))  # type: ignore[func-returns-value]
     assert main(["run", scene(tmp_path, 5), "--out", str(tmp_path / "out")]) == 0
@@ -188,7 +188,7 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
     """Each takes 1 s to solve, and 10 ms to write: written after each, 300 would take 450 s."""
     import argparse
 
-    from softmark.interpreter.report.files import files
+    from softmark.interpreter.report.files import report_files
 
     now, spent = [0.0], [0.0]
 
@@ -198,7 +198,7 @@ def test_keeping_models_takes_a_tenth_of_what_they_take_and_grows_with_them(
         spent[0] += 0.01 * len(report.models)
 
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
-    monkeypatch.setattr(files, "write", write)
+    monkeypatch.setattr(report_files, "write", write)
     parsed = argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=False)
     shelf = shelves.Shelf(parsed)
     for models in range(1, 301):
@@ -214,7 +214,7 @@ def test_only_trouble_with_files_is_told_as_such(
     """A defect of what writes files for ParaView was told as a place that cannot be written to (E404)."""
     import argparse
 
-    from softmark.interpreter.report.files import files
+    from softmark.interpreter.report.files import report_files
 
     def broken(report: object, folder: Path) -> None:
         raise ValueError("cells of no kind")
@@ -223,12 +223,12 @@ def test_only_trouble_with_files_is_told_as_such(
         raise OSError(28, "No space left on device")
 
     shelf = shelves.Shelf(argparse.Namespace(json=None, junit=None, out=str(tmp_path), vtu=True))
-    monkeypatch.setattr(files, "write", lambda report, folder, page=True: None)
-    monkeypatch.setattr(files, "write_vtu", broken)
+    monkeypatch.setattr(report_files, "write", lambda report, folder, page=True: None)
+    monkeypatch.setattr(report_files, "write_vtu", broken)
     with pytest.raises(ValueError, match="cells of no kind"):
         shelf.finish(_Report(1))  # type: ignore[arg-type]
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr(files, "write_vtu", full)
+    monkeypatch.setattr(report_files, "write_vtu", full)
     shelf.finish(_Report(1))  # type: ignore[arg-type]
     assert "error[E404]" in capsys.readouterr().err
 
@@ -240,7 +240,7 @@ def test_a_run_that_breaks_off_leaves_all_that_was_finished(
     import json
 
     from softmark.interpreter.cli.main import main
-    from softmark.interpreter.run import models as runner
+    from softmark.interpreter.pipeline import model_runs as runner
 
     solve, seen = runner.solve, []
 
@@ -266,9 +266,9 @@ def test_a_rod_looks_at_each_state_once(
 
     Counted is the solution alone: the coarser one from which an error is stated has states of its own.
     """
-    from softmark.interpreter.evidence.kinds.beams import Beams
-    from softmark.interpreter.evidence.probe_answers import Unknown
-    from softmark.interpreter.face.api import load
+    from softmark.interpreter.api.python_api import load
+    from softmark.interpreter.verification.by_model.beam_verifier import Beams
+    from softmark.interpreter.verification.probe_errors import Unknown
 
     def none(*_: object) -> None:
         raise Unknown("not here")

@@ -10,8 +10,8 @@ from zlib import crc32
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.dictionary.fixes import mended, replacement
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.help.suggested_fixes import mended, replacement
+from softmark.interpreter.validation.scene_loader import checked
 
 FOLDER = Path(__file__).parents[1] / "errors"
 CHECKED = re.compile(r"(?!# \$ dsl )|# \$ dsl check FILE\n")  # what is said of a text without options and runs

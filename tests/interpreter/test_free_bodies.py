@@ -75,7 +75,8 @@ def test_what_a_ball_gives_a_block_takes(integrator: str) -> None:
     """Momentum of both: to 1e-8, which is the tolerance of a step. Contact does not turn a ball about its middle.
 
     What presses where it is at the end of a step brings energy where a surface is round, of a ball that is held as well
-    (dynamics/impact.py): 2.5e-3, 1.9e-3 and 6e-4 at steps of 0.4, 0.2 and 0.1 ms; implicit Euler takes more than that.
+    (dynamics/dynamic_contact.py): 2.5e-3, 1.9e-3 and 6e-4 at steps of 0.4, 0.2 and 0.1 ms; implicit Euler takes more
+    than that.
     """
     step = "0.4 ms" if integrator == "implicit_euler" else "0.2 ms"
     solve, ball = run(HIT.format(shape=BALL, integrator=integrator, end="20 ms", step=step), "stone")

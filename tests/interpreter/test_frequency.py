@@ -11,9 +11,9 @@ import pytest
 from scipy import linalg
 
 import softmark
-from softmark.interpreter.models.answers import vibrations
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.models.postprocessing import vibrations
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.report.run.report_page import render
 
 E, NU, RHO, L, R = 1e6, 0.3, 1000.0, 0.2, 0.01
 ROUND = """

@@ -9,9 +9,9 @@ import pytest
 
 from softmark import SceneError, loads
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.statics import friction
-from softmark.solvers.statics.newton import Newton
-from softmark.solvers.statics.problem import NotConverged
+from softmark.solvers.statics import friction_iteration
+from softmark.solvers.statics.static_newton import Newton
+from softmark.solvers.statics.static_problem import NotConverged
 
 HEAD = """softmark 1
 scene "Rubbing"
@@ -73,8 +73,8 @@ def test_what_is_tried_in_vain_is_not_tried_again(monkeypatch: pytest.MonkeyPatc
             raise NotConverged("friction does not settle")
         return rubbed(newton, x, load)
 
-    rubbed = friction.rubbed
-    monkeypatch.setattr(friction, "rubbed", fails)
+    rubbed = friction_iteration.rubbed
+    monkeypatch.setattr(friction_iteration, "rubbed", fails)
     model = loads(DRAGGED.replace("[25, 50, 75, 100]", "[100]")).run().models["hexes"]
     assert model.status == "not_converged"
     assert tried[:3] == [("free", 1.0), ("careful", 0.5), ("careful", 0.25)]

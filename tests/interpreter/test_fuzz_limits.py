@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
-from softmark.interpreter.front.load import checked
 from softmark.interpreter.language.message_limit import MOST
-from softmark.interpreter.language.sources import LARGEST, Missing, beginning, read
-from softmark.solvers.mesh.files import ended
+from softmark.interpreter.language.scene_sources import LARGEST, Missing, beginning, read
+from softmark.interpreter.validation.scene_loader import checked
+from softmark.solvers.mesh.files import bounded_reader
 
 
 def found_in(folder: Path, text: str) -> list[Diagnostic]:
@@ -118,11 +118,11 @@ def test_a_place_in_a_long_line_is_shown_without_the_line() -> None:
 @pytest.mark.parametrize("mode", ["r", "rb"])
 def test_a_reader_that_asks_on_after_the_end_is_stopped(tmp_path: Path, mode: str) -> None:
     (tmp_path / "file").write_bytes(b"one\ntwo")
-    with ended.opened(tmp_path / "file", mode) as file:
+    with bounded_reader.opened(tmp_path / "file", mode) as file:
         assert [len(file.readline()) for _ in range(4)] == [4, 3, 0, 0]
         with pytest.raises(EOFError):
             [file.readline() for _ in range(1000)]
-    with ended.opened(tmp_path / "file", mode) as file:
+    with bounded_reader.opened(tmp_path / "file", mode) as file:
         assert [len(line) for line in file] == [4, 3]
         file.seek(0)
         assert len(file.read()) == 7

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.language.schema import Form
+from softmark.interpreter.language.field_schema import Form
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 
 @st.composite

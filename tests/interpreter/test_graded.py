@@ -15,8 +15,8 @@ from scipy.integrate import quad
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run
 
 SOLID = """
 material gel  = {law}(young = 10 kPa * (1 + (z / 4 cm)^2 * exp(x / 1 cm)), poisson = 0.2 + 0.2 * z / 4 cm,
@@ -311,8 +311,8 @@ def test_a_scene_without_any_loads_none_of_this() -> None:
 
 def test_energies_of_strains_take_the_moduli_of_each_point() -> None:
     """w (lam tr(E)^2 + 2 mu E : E) of the strain I, with E = 1 + z and nu of a part of its own: 9 lam + 6 mu."""
-    from softmark.interpreter.metrics.strain_energy_norm import _energy
-    from softmark.interpreter.problem.case import case_of
+    from softmark.interpreter.metrics.energy_norm_error import _energy
+    from softmark.interpreter.problem.body_case import case_of
 
     more = """material other = linear_elastic(young = 30 kPa, poisson = 0.2 + 0.1 * z / 40 mm, density = 1000 kg/m^3)
 region rear = part(bar, where = z >= 20 mm, material = other)
@@ -374,8 +374,8 @@ model    m    = fem(hex8, strain = small, size = 6 mm)
 
 def test_what_lies_beside_the_body_does_not_count() -> None:
     """In the bore and in the corners of its box young is 1e30 Pa and more, and poisson above 0.5."""
-    from softmark.interpreter.models.shared.pieces import typical
-    from softmark.interpreter.problem.case import case_of
+    from softmark.interpreter.models.shared.material_regions import typical
+    from softmark.interpreter.problem.body_case import case_of
 
     r = "((y^2 + z^2) / (12 mm)^2)"
     loaded = softmark.loads(TUBE.format(young=f"10 kPa * {r}^(-20)", nu=f"0.495 * {r}"))

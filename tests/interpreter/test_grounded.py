@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from softmark import loads
-from softmark.interpreter.results.report import Report
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.pipeline import run_pipeline
+from softmark.interpreter.results.run_report import Report
 
 HEAD = """softmark 1
 scene "nothing but touch holds it"
@@ -37,8 +37,8 @@ WEIGHT = 1000.0 * 9.81 * 8e-6  # N
 def stated(text: str, model: str) -> Any:
     """The errors that a model states itself, by metric."""
     known = loads(text)
-    options = pipeline.Options(draw=False, stated=(model,))
-    return pipeline.run(known.scene, list(known.warnings), options).models[model].stated
+    options = run_pipeline.Options(draw=False, stated=(model,))
+    return run_pipeline.run(known.scene, list(known.warnings), options).models[model].stated
 
 
 def solved(text: str, **known: object) -> Report:

@@ -11,16 +11,16 @@ import pytest
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.language.conditions import Condition, MembersUnknown, Term
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.members import apart
-from softmark.interpreter.problem.points import ProbePoints, place_of
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run
+from softmark.interpreter.language.coordinate_conditions import Condition, MembersUnknown, Term
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.problem.group_conditions import apart
+from softmark.interpreter.problem.probe_points import ProbePoints, place_of
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh import groups
+from softmark.solvers.mesh import mesh_groups
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.refine import finer
+from softmark.solvers.mesh.mesh_refinement import finer
 from softmark.solvers.mesh.shapes import Box, MeshFile
 
 L, H = 0.04, 0.01  # m, of the bar
@@ -171,12 +171,12 @@ def test_groups_go_with_the_mesh_where_it_is_turned_split_raised_and_refined(
         X = own.points
         for name, axis, at in (("wall", 0, 0.0), ("tip", 0, L), ("top", 2, H)):
             on = np.abs(X[:, axis] - at) < 1e-9
-            np.testing.assert_array_equal(groups.facets_in(own, name), on[own.facets].all(axis=1))
-            np.testing.assert_array_equal(groups.nodes_in(own, name), on)
-            assert not groups.cells_in(own, name).any()
+            np.testing.assert_array_equal(mesh_groups.facets_in(own, name), on[own.facets].all(axis=1))
+            np.testing.assert_array_equal(mesh_groups.nodes_in(own, name), on)
+            assert not mesh_groups.cells_in(own, name).any()
         rear = X[own.cells].mean(axis=1)[:, 0] > L / 2
-        np.testing.assert_array_equal(groups.cells_in(own, "hard"), rear)
-        np.testing.assert_array_equal(groups.facets_in(own, "hard"), rear[own.facet_cells])
+        np.testing.assert_array_equal(mesh_groups.cells_in(own, "hard"), rear)
+        np.testing.assert_array_equal(mesh_groups.facets_in(own, "hard"), rear[own.facet_cells])
         assert own.groups is not None
         assert {g.inside + g.foreign for g in own.groups.values()} == {0}
 
@@ -192,10 +192,10 @@ def test_sets_of_abaqus(tmp_path: Path) -> None:
         "tip": ("1 face", 0), "top": ("2 faces", 0), "both": ("2 cells", 0), "hard": ("1 cell", 0),
         "all": ("2 cells", 0), "wall": ("1 face", 0), "loose": ("6 nodes", 0),
     }  # fmt: skip
-    assert groups.cells_in(mesh, "hard").tolist() == [False, True]
+    assert mesh_groups.cells_in(mesh, "hard").tolist() == [False, True]
     for name, axis, at in (("wall", 0, 0.0), ("tip", 0, 0.02), ("top", 2, 0.01)):
         on = (np.abs(mesh.points[mesh.facets][:, :, axis] - at) < 1e-9).all(axis=1)
-        np.testing.assert_array_equal(groups.facets_in(mesh, name), on)
+        np.testing.assert_array_equal(mesh_groups.facets_in(mesh, name), on)
 
 
 def test_whole_numbers_on_cells_of_vtu(tmp_path: Path) -> None:
@@ -270,7 +270,7 @@ model hexes = fem(hex8, strain = small, size = 10 mm)
 probe end = point(bar, at = (20, 0, 0) mm)
 metric down = displacement(end, along = -z)
 """
-    new = {"solvers.mesh.groups", "solvers.mesh.files.named", "solvers.mesh.files.abaqus.groups"}
+    new = {"solvers.mesh.mesh_groups", "solvers.mesh.files.named_groups", "solvers.mesh.files.abaqus.deck_groups"}
     assert not new & loaded_by(scene)
 
 

@@ -12,8 +12,8 @@ from loaded import loaded_by
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.models.homogeneous import build
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.models.material_point import material_point_builder
+from softmark.interpreter.pipeline import run_pipeline
 
 LAW = "neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
 BLOCK = "body block = solid(box(size = (30, 20, 10) mm, origin = (5, -4, 3) mm), gel)\n"
@@ -37,7 +37,7 @@ metric energy = strain_energy(block)
 
 def run(text: str, law: str = LAW, **options: Any) -> Any:
     loaded = softmark.loads(f'softmark 1\nscene "point"\nmaterial gel = {law}\n{BLOCK}{text}')
-    return pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False, **options))
+    return run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
 
 
 STATES = {
@@ -173,7 +173,7 @@ def test_grips_that_hold_a_width_leave_no_stated_error() -> None:
 
 def test_a_watchdog_that_bites(monkeypatch: pytest.MonkeyPatch) -> None:
     """A stress that the energy does not have is no answer."""
-    point_of = build.point_of
+    point_of = material_point_builder.point_of
 
     def wrong(case: Any, strain: str) -> Any:
         point = point_of(case, strain)
@@ -181,14 +181,14 @@ def test_a_watchdog_that_bites(monkeypatch: pytest.MonkeyPatch) -> None:
                                  "dPdF": lambda s, F: point.law.dPdF(F)})()  # fmt: skip
         return replace(point, law=law)
 
-    monkeypatch.setattr(build, "point_of", wrong)
+    monkeypatch.setattr(material_point_builder, "point_of", wrong)
     dot = run(f"{ROLLERS}{PULL}{LOOK}model dot = homogeneous(uniaxial)\n").models["dot"]
     assert dot.status == "failed"
 
 
 def test_a_law_with_directions_beside_the_axes_has_no_such_state(monkeypatch: pytest.MonkeyPatch) -> None:
     """The energy of fibres along (1, 1, 0) in a neo-Hookean solid, k (|F a|^2 - 1)^2: its stress has a shear."""
-    point_of, a, k = build.point_of, np.array([1.0, 1.0, 0.0]) / 2**0.5, 1e3
+    point_of, a, k = material_point_builder.point_of, np.array([1.0, 1.0, 0.0]) / 2**0.5, 1e3
 
     def fibred(case: Any, strain: str) -> Any:
         own = point_of(case, strain).law
@@ -203,7 +203,7 @@ def test_a_law_with_directions_beside_the_axes_has_no_such_state(monkeypatch: py
                                   "dPdF": lambda s, F: own.dPdF(F)})()  # fmt: skip
         return replace(point_of(case, strain), law=law)
 
-    monkeypatch.setattr(build, "point_of", fibred)
+    monkeypatch.setattr(material_point_builder, "point_of", fibred)
     dot = run(f"{ROLLERS}{PULL}{LOOK}model dot = homogeneous(uniaxial)\n").models["dot"]
     assert dot.status == "not_converged"
     assert "directions beside the axes" in dot.message
@@ -214,7 +214,7 @@ def test_a_scene_of_one_material_point_loads_no_mesh() -> None:
     names = loaded_by(f'softmark 1\nscene "dot"\nmaterial gel = {LAW}\n{BLOCK}{ROLLERS}{PULL}'
                       "metric force = force(grip, along = +x)\nmodel dot = homogeneous(uniaxial)\n")  # fmt: skip
     assert "solvers.statics.material_point" in names
-    assert not {"solvers.materials.ellipticity", "interpreter.models.fem.build"} & names
+    assert not {"solvers.materials.ellipticity", "interpreter.models.fem.fem_builder"} & names
 
 
 def test_where_a_solid_gives_way_is_said_with_how_much_of_it() -> None:
@@ -276,7 +276,7 @@ model cells = fem({model}, strain = finite, size = 10 mm)
 probe tip = point(flat, at = (20, 20, 0) mm)
 """
     loaded = softmark.loads(text)
-    report = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False))
+    report = run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
     cells = report.models["cells"]
     checks = cells.solve["checks"]
     assert checks["residual"] is not None, checks

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from softmark.references import surface, volumes
-from softmark.references.measured import Unreadable
+from softmark.references import measured_surface, voxel_files
+from softmark.references.measured_data import Unreadable
 from softmark.resource_limits import TooSlow, limited_resources
 from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regular
 
@@ -112,7 +112,7 @@ def test_materials_of_a_scan_are_not_looked_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     file = tmp_path / "a.obj"
     file.write_bytes(b"mtllib pipe\nusemtl x\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    assert surface.read_surface(file)[1].tolist() == [[0, 1, 2]]
+    assert measured_surface.read_surface(file)[1].tolist() == [[0, 1, 2]]
 
 
 @pytest.mark.parametrize("index", ["9223372036854775807", "99999999999999999999999", "-99999999999999999999999"])
@@ -120,7 +120,7 @@ def test_an_index_beyond_all_is_a_message(tmp_path: Path, index: str) -> None:
     file = tmp_path / "a.obj"
     file.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {index}\n")
     with pytest.raises(Unreadable):
-        surface.read_surface(file)
+        measured_surface.read_surface(file)
 
 
 def test_voxels_beside_a_header_are_read_and_no_others(tmp_path: Path) -> None:
@@ -135,9 +135,9 @@ def test_voxels_beside_a_header_are_read_and_no_others(tmp_path: Path) -> None:
     head = "NRRD0005\ntype: float\ndimension: 3\nsizes: 3 3 3\nspacings: 1 1 1\nunits: mm mm mm\nendian: little\n"
     told = head + "# comment\n" * 15_000 + "encoding: raw\ndata file: {}\n\n"
     (home / "a.nhdr").write_text(told.format("beside.raw"))
-    assert volumes.read_volume(home / "a.nhdr").values.sum() == 27 * 26 / 2
+    assert voxel_files.read_volume(home / "a.nhdr").values.sum() == 27 * 26 / 2
     (home / "link.raw").symlink_to(tmp_path / "outside.raw")
     for other in ("../outside.raw", str(tmp_path / "outside.raw"), "link.raw"):
         (home / "a.nhdr").write_text(told.format(other))
         with pytest.raises(Unreadable, match="outside the folder"):
-            volumes.read_volume(home / "a.nhdr")
+            voxel_files.read_volume(home / "a.nhdr")

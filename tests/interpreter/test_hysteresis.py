@@ -10,16 +10,16 @@ import pytest
 from scipy.integrate import quad
 
 import softmark
-from softmark.interpreter.metrics.curves import Course, Curve
+from softmark.interpreter.metrics.curve_geometry import Course, Curve
 from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
-from softmark.interpreter.metrics.undefined import Undefined
-from softmark.interpreter.report.run.html import render
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.curve_points import _each_at
-from softmark.interpreter.report.run.terminal import table
-from softmark.interpreter.results.report import SeenCurve
-from softmark.interpreter.run.pipeline import Options, run
-from softmark.references.curve import CurveFromFile
+from softmark.interpreter.results.run_report import SeenCurve
+from softmark.references.measured_curve import CurveFromFile
 
 
 def _random(seed: int) -> Course:
@@ -114,7 +114,7 @@ def test_a_loop_against_a_measured_one_on_the_range_of_both(tmp_path: Path) -> N
     The uncertainty of 1 % of each value: 0.01 U up and 0.01 W down, (0.01 U + U / W 0.01 W) / W = 0.02 U / W.
     """
     from softmark.interpreter.language import units
-    from softmark.interpreter.language.expressions import Quantity
+    from softmark.interpreter.language.expression_evaluation import Quantity
 
     rows = [(v, v) for v in range(5)] + [(3, 2.25), (2, 1.0), (1, 0.25), (0, 0.0)]
     (tmp_path / "rig.csv").write_text("x,f\n" + "\n".join(f"{a},{b}" for a, b in rows))
@@ -139,7 +139,7 @@ def test_a_loop_against_a_measured_one_on_the_range_of_both(tmp_path: Path) -> N
 def test_repeats_of_a_loop_deviate(tmp_path: Path) -> None:
     """They lose a half and a quarter: 3/8, which deviate by sqrt(2)/8."""
     from softmark.interpreter.language import units
-    from softmark.interpreter.language.expressions import Quantity
+    from softmark.interpreter.language.expression_evaluation import Quantity
 
     (tmp_path / "rig.csv").write_text("x,f,g\n0,1,1\n1,1,1\n2,1,1\n1.999,0.5,0.75\n1,0.5,0.75\n0,0.5,0.75\n")
     meter, newton = Quantity(1.0, units.LENGTH), Quantity(1.0, units.parse("N").dimension)

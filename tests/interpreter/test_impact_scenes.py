@@ -31,7 +31,8 @@ def written(folder: Path, **given: object) -> Path:
 def test_a_report_tells_of_impacts_and_energies(tmp_path: Path, report_of: Callable[[Path], softmark.Report]) -> None:
     """One impact for 2 L / c = 2.5 ms to three steps, that leaves .9 of the speed at least; energies add up.
 
-    None is gained: strain is linear, and the surface flat, so that the proof of solvers/dynamics/impact.py holds.
+    None is gained: strain is linear, and the surface flat, so that the proof of solvers/dynamics/dynamic_contact.py
+    holds.
     """
     solve = report_of(written(tmp_path)).models["hexes"].solve
     (bounce,) = solve["impacts"]

@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.print import format_source
+from softmark.grammar.printer import format_source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.exchange import formats, scene, units
-from softmark.interpreter.exchange.faces import Sides, side_nodes
-from softmark.interpreter.exchange.record import Deck, Foreign
-from softmark.interpreter.exchange.scene import Filled, Wanting
-from softmark.interpreter.exchange.units import Unasked
-from softmark.references.measured import Unreadable
+from softmark.interpreter.importers import deck_units, import_formats, scene_writer
+from softmark.interpreter.importers.cell_faces import Sides, side_nodes
+from softmark.interpreter.importers.deck_units import Unasked
+from softmark.interpreter.importers.imported_deck import Deck, Foreign
+from softmark.interpreter.importers.scene_writer import Filled, Wanting
+from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import ELEMENTS
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
@@ -36,7 +36,8 @@ SAME = 1e-10  # the bar; a deck has 14 digits of each number, and Newton's metho
 
 def text_of(path: Path, filled: Filled = TOLD) -> str:
     """The scene of a file in mm, t and s."""
-    return scene.written(formats.read(path), units.told("mm-t-s", None, None, None), filled, "x-mesh.inp").scene
+    found = import_formats.read(path)
+    return scene_writer.written(found, deck_units.told("mm-t-s", None, None, None), filled, "x-mesh.inp").scene
 
 
 def metrics(path: Path, model: str) -> dict[str, float]:
@@ -54,7 +55,7 @@ def test_a_scene_is_in_canonical_form(path: Path) -> None:
 
 
 def test_a_deck_says_what_holds_and_loads_it() -> None:
-    found = formats.read(PARTS / "deck.inp")
+    found = import_formats.read(PARTS / "deck.inp")
     (hold,), (push,), (force,), (weight,) = found.holds, found.pushes, found.forces, found.weights
     assert (hold.components, hold.values) == ((0, 1, 2), (0.0, 0.0, 0.0))
     assert found.points[hold.nodes, 0].tolist() == [0.0] * 4
@@ -91,7 +92,7 @@ LAWS = [  # of CalculiX, and what it is here: mu = 2 C10, K = 2/D1, so that E = 
 
 @pytest.mark.parametrize(("card", "word", "stresses"), LAWS, ids=[own[0].split("\n")[0] for own in LAWS])
 def test_laws_that_are_exactly_one_of_ours(card: str, word: str, stresses: dict[str, float], tmp_path: Path) -> None:
-    found = formats.read(deck(tmp_path, ("*ELASTIC\n210000., 0.3", f"*HYPERELASTIC, {card}")))
+    found = import_formats.read(deck(tmp_path, ("*ELASTIC\n210000., 0.3", f"*HYPERELASTIC, {card}")))
     law = found.parts[0].law
     assert law is not None
     assert law.word == word
@@ -126,21 +127,19 @@ def test_large_strain_of_elastic_is_that_of_calculix_and_said(tmp_path: Path) ->
 
 def test_later_steps_say_anew_what_moves(tmp_path: Path) -> None:
     more = "*END STEP\n*STEP\n*STATIC\n*BOUNDARY\nWALL, 1, 1, 0.5\n*CLOAD\n12, 2, 7.\n*END STEP"
-    found = formats.read(deck(tmp_path, ("*END STEP", more)))
+    found = import_formats.read(deck(tmp_path, ("*END STEP", more)))
     told = {(c, v) for hold in found.holds for c, v in zip(hold.components, hold.values, strict=True)}
     assert told == {(0, 0.5), (1, 0.0), (2, 0.0)}
     assert found.forces[0].force == (0.0, 7.0, 0.0)
     other = more.replace("*STATIC", "*FREQUENCY\n3")
-    found = formats.read(deck(tmp_path, ("*END STEP", other)))
+    found = import_formats.read(deck(tmp_path, ("*END STEP", other)))
     assert found.forces[0].force == (0.0, 5.0, 0.0)
     assert [own.what for own in found.left] == ["a step of *FREQUENCY"]
 
 
 def test_nodes_of_no_face_are_a_group_of_nodes(tmp_path: Path) -> None:
-    found = scene.written(
-        formats.read(deck(tmp_path, ("1, 4, 5, 8\n", "1, 4, 5, 8, 12\n"))),
-        units.told("mm-t-s", None, None, None), TOLD, "x-mesh.inp",
-    )  # fmt: skip
+    read = import_formats.read(deck(tmp_path, ("1, 4, 5, 8\n", "1, 4, 5, 8, 12\n")))
+    found = scene_writer.written(read, deck_units.told("mm-t-s", None, None, None), TOLD, "x-mesh.inp")
     assert "fixed(body, where = at_wall)" in found.scene
     assert "*NSET, NSET=at_wall\n1\n4\n5\n8\n12\n" in (found.mesh or "")
 
@@ -153,7 +152,7 @@ def test_what_would_be_wrong_around_a_word_is_refused(tmp_path: Path) -> None:
         ("TYPE=C3D8", "TYPE=C3D27"),
     ]:
         with pytest.raises(Foreign):
-            formats.read(deck(tmp_path, (old, new)))
+            import_formats.read(deck(tmp_path, (old, new)))
 
 
 def test_includes_stay_in_their_folder_and_end(tmp_path: Path) -> None:
@@ -163,11 +162,11 @@ def test_includes_stay_in_their_folder_and_end(tmp_path: Path) -> None:
     head, _, tail = (PARTS / "deck.inp").read_text().partition("*MATERIAL")
     (inner / "rest.inp").write_text("*MATERIAL" + tail)
     (inner / "whole.inp").write_text(head + "*INCLUDE, INPUT=rest.inp\n")
-    assert len(formats.read(inner / "whole.inp").holds) == 1
+    assert len(import_formats.read(inner / "whole.inp").holds) == 1
     for told in ("../secret.inp", str(tmp_path / "secret.inp"), "loop.inp", "none.inp", "a\0b", "x" * 5000):
         (inner / "loop.inp").write_text(f"*NODE\n1, 0., 0., 0.\n*INCLUDE, INPUT={told}\n")
         with pytest.raises(Unreadable):
-            formats.read(inner / "loop.inp")
+            import_formats.read(inner / "loop.inp")
 
 
 def test_xml_without_entities(tmp_path: Path) -> None:
@@ -175,11 +174,11 @@ def test_xml_without_entities(tmp_path: Path) -> None:
     bomb = '<!DOCTYPE x [<!ENTITY a "b">]>'
     (tmp_path / "x.feb").write_text(text.replace("<febio_spec", bomb + "<febio_spec", 1))
     with pytest.raises(Unreadable, match="entities"):
-        formats.read(tmp_path / "x.feb")
+        import_formats.read(tmp_path / "x.feb")
 
 
 def test_a_deck_of_febio_at_the_end_of_its_curves() -> None:
-    found = formats.read(OWN / "cube.feb")
+    found = import_formats.read(OWN / "cube.feb")
     law = found.parts[0].law
     assert law is not None
     assert (law.word, law.stresses["young"], law.plain["poisson"]) == ("neo_hookean", 0.01, 0.3)
@@ -195,7 +194,7 @@ def test_a_deck_of_febio_at_the_end_of_its_curves() -> None:
 
 
 def test_pml_with_lml() -> None:
-    found = formats.read(OWN / "rod.pml")
+    found = import_formats.read(OWN / "rod.pml")
     still, moved = found.holds
     assert (still.components, still.nodes.tolist()) == ((0, 1, 2), [0, 1, 2, 3])
     assert (moved.components, moved.values, moved.nodes.tolist()) == ((2,), (0.1,), [4, 5, 6, 7])
@@ -210,10 +209,10 @@ SYSTEMS = {"m-kg-s": (1, 1, 1), "mm-t-s": (1e-3, 1e3, 1), "mm-kg-s": (1e-3, 1, 1
            "um-g-s": (1e-6, 1e-3, 1), "cm-g-s": (1e-2, 1e-3, 1)}  # fmt: skip
 
 
-@pytest.mark.parametrize("system", units.SYSTEMS)
+@pytest.mark.parametrize("system", deck_units.SYSTEMS)
 def test_units_of_a_system_belong_together(system: str) -> None:
     L, M, T = SYSTEMS[system]
-    own = units.told(system, None, None, None)
+    own = deck_units.told(system, None, None, None)
     assert own.stress is not None
     assert own.stress.factor == pytest.approx(M / (L * T**2), rel=1e-14)
     assert own.of_force(1.0) == pytest.approx(M * L / T**2, rel=1e-14)
@@ -227,7 +226,7 @@ def test_units_of_a_system_belong_together(system: str) -> None:
 )
 def test_units_that_are_none(system: str | None, length: str | None) -> None:
     with pytest.raises(Unasked):
-        units.told(system, length, None, None)
+        deck_units.told(system, length, None, None)
 
 
 @pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8", "hex20"])
@@ -422,7 +421,7 @@ def test_atoms_from_the_last_to_the_first_are_none(tmp_path: Path) -> None:
     (tmp_path / "rod.pml").write_bytes((OWN / "rod.pml").read_bytes())
     (tmp_path / "rod.lml").write_text((OWN / "rod.lml").read_text().replace("0-3", "3-0"))
     with pytest.raises(Unreadable, match="ends before it begins"):
-        formats.read(tmp_path / "rod.pml")
+        import_formats.read(tmp_path / "rod.pml")
 
 
 @pytest.mark.parametrize("told", ["gel(", "gel\nload a = gravity(1 m/s^2)", "", "a b"])
@@ -464,9 +463,9 @@ def mutated(data: bytes, chance: random.Random) -> bytes:
 def tried(path: Path) -> Deck | None:
     """What is read and written of a file; None where it is refused in words."""
     try:
-        deck = formats.read(path)
-        told = units.told("mm-t-s", None, None, None)
-        text = scene.written(deck, told, Filled(GEL, "1000 kg/m^3"), "m.inp").scene
+        deck = import_formats.read(path)
+        told = deck_units.told("mm-t-s", None, None, None)
+        text = scene_writer.written(deck, told, Filled(GEL, "1000 kg/m^3"), "m.inp").scene
     except (Unreadable, Foreign, Unasked, Wanting) as error:
         return None if str(error) else pytest.fail("it was refused without a word")
     assert format_source(Source("x", text)) == text

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.exchange import formats, units
-from softmark.interpreter.exchange.record import Foreign
-from softmark.interpreter.exchange.units import Unasked
+from softmark.interpreter.importers import deck_units, import_formats
+from softmark.interpreter.importers.deck_units import Unasked
+from softmark.interpreter.importers.imported_deck import Foreign
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 
@@ -24,33 +24,33 @@ def test_units_that_a_deck_of_febio_declares_are_used_and_compared(declared: str
     """The names and their meaning are those of FEBio's manual: mm, N and s make MPa and t."""
     text = (PARTS / "cube-pressed.feb").read_text().replace("mm-N-s", declared)
     (tmp_path / "cube.feb").write_text(text)
-    own = formats.read(tmp_path / "cube.feb").units
-    found = units.agreed(None, own)
-    assert found == units.of_system(system)
-    assert units.agreed(units.told(None, f"{found.length.factor} m", None, None), own) == found
+    own = import_formats.read(tmp_path / "cube.feb").units
+    found = deck_units.agreed(None, own)
+    assert found == deck_units.of_system(system)
+    assert deck_units.agreed(deck_units.told(None, f"{found.length.factor} m", None, None), own) == found
     other = "m-kg-s" if system != "m-kg-s" else "mm-t-s"
-    with pytest.raises(units.Contradicted, match="declares the units"):
-        units.agreed(units.of_system(other), own)
+    with pytest.raises(deck_units.Contradicted, match="declares the units"):
+        deck_units.agreed(deck_units.of_system(other), own)
 
 
 def test_units_that_are_declared_in_no_known_system_are_asked_for(tmp_path: Path) -> None:
     (tmp_path / "cube.feb").write_text((PARTS / "cube-pressed.feb").read_text().replace("mm-N-s", "in-lbf-s"))
-    own = formats.read(tmp_path / "cube.feb").units
+    own = import_formats.read(tmp_path / "cube.feb").units
     with pytest.raises(Unasked, match="declares its units as `in-lbf-s`"):
-        units.agreed(None, own)
-    assert units.agreed(units.of_system("mm-t-s"), own) == units.of_system("mm-t-s")
+        deck_units.agreed(None, own)
+    assert deck_units.agreed(deck_units.of_system("mm-t-s"), own) == deck_units.of_system("mm-t-s")
 
 
 def test_a_curve_of_febio_that_ends_at_zero_loads_nothing_without_a_word() -> None:
     """The curve of `cube-released.feb` is 1 at time 0.5 and 0 at time 1; the pressure is 0.001 times the curve."""
     with pytest.raises(Foreign, match=r"its curve 1 is 1 at time 0\.5") as refused:
-        formats.read(PARTS / "cube-released.feb")
+        import_formats.read(PARTS / "cube-released.feb")
     assert refused.value.code == "E758"
     assert "--at 0.5" in refused.value.remedy
-    found = formats.read(PARTS / "cube-weighed.feb")
+    found = import_formats.read(PARTS / "cube-weighed.feb")
     assert (found.pushes, len(found.weights), len(found.ended)) == ([], 1, 1)
-    assert formats.read(PARTS / "cube-released.feb", 0.5).pushes[0].pressure == pytest.approx(0.001, rel=1e-14)
-    later = formats.read(PARTS / "cube-released.feb", 0.75)
+    assert import_formats.read(PARTS / "cube-released.feb", 0.5).pushes[0].pressure == pytest.approx(0.001, rel=1e-14)
+    later = import_formats.read(PARTS / "cube-released.feb", 0.75)
     assert later.pushes[0].pressure == pytest.approx(0.0005, rel=1e-14)
     assert not later.ended
     assert any("is 0.5 at time 0.75 and was 1 at time 0.5" in own for own in later.taken)

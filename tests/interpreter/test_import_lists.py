@@ -10,9 +10,9 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.exchange import formats, scene, units
-from softmark.interpreter.exchange.record import Deck, Foreign
-from softmark.references.measured import Unreadable
+from softmark.interpreter.importers import deck_units, import_formats, scene_writer
+from softmark.interpreter.importers.imported_deck import Deck, Foreign
+from softmark.references.measured_data import Unreadable
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
 OWN = Path(__file__).parents[1] / "imported"
@@ -45,7 +45,7 @@ def named(found: Deck) -> dict[str, list[object]]:
 
 
 def test_sets_of_a_deck_are_regions_or_listed(changed: Changed) -> None:
-    found = formats.read(changed(PARTS / "deck.inp", (
+    found = import_formats.read(changed(PARTS / "deck.inp", (
         "*MATERIAL, NAME=STEEL",
         "*ELSET, ELSET=SECOND\n2\n*NSET, NSET=END\n9, 10, 11, 12\n*NSET, NSET=CORNER\n12\n"
         "*SURFACE, NAME=BETWEEN, TYPE=ELEMENT\n1, S4\n*MATERIAL, NAME=OTHER\n*ELASTIC\n1., 0.1\n",
@@ -55,25 +55,25 @@ def test_sets_of_a_deck_are_regions_or_listed(changed: Changed) -> None:
         "the surface `BETWEEN`": "1 of its 1 faces are not of the surface of the body",
         "the material `OTHER`": "no cells are made of it",
     }
-    text = scene.written(found, units.told("mm-t-s", None, None, None), scene.Filled(), "x.inp")
+    text = scene_writer.written(found, deck_units.told("mm-t-s", None, None, None), scene_writer.Filled(), "x.inp")
     assert 'group_second = group(body, "group_second")' in " ".join(text.scene.split())
     assert "*ELSET, ELSET=group_second\n2\n" in (text.mesh or "")
 
 
 def test_densities_of_several_temperatures_are_listed(changed: Changed) -> None:
-    found = formats.read(changed(PARTS / "deck.inp", ("*SOLID SECTION", "7.5E-9, 100.\n")))
+    found = import_formats.read(changed(PARTS / "deck.inp", ("*SOLID SECTION", "7.5E-9, 100.\n")))
     assert listed(found) == {"*DENSITY of `STEEL`": "its first line alone is taken"}
 
 
 def test_two_nodes_of_one_number_are_refused(changed: Changed) -> None:
     with pytest.raises(Unreadable, match="two nodes are called 5, in two places"):
-        formats.read(changed(PARTS / "deck.inp", ("6, 10.", "5, 1., 0., 10.\n")))
+        import_formats.read(changed(PARTS / "deck.inp", ("6, 10.", "5, 1., 0., 10.\n")))
     with pytest.raises(Unreadable, match="two nodes are called 5, in two places"):
-        formats.read(changed(OWN / "cube.feb", ("		</Nodes>", '<node id="5">1,0,10</node>')))
+        import_formats.read(changed(OWN / "cube.feb", ("		</Nodes>", '<node id="5">1,0,10</node>')))
 
 
 def test_what_febio_names_is_a_region_or_listed(changed: Changed) -> None:
-    found = formats.read(changed(
+    found = import_formats.read(changed(
         OWN / "cube.feb",
         ("	</Mesh>\n", '<ElementSet name="all">1</ElementSet><NodeSet name="side">1,4,5,8</NodeSet>'
                         '<NodeSet name="edge">1,5</NodeSet><SurfacePair name="both"/>'),
@@ -93,7 +93,9 @@ def test_domains_of_febio_that_compute_otherwise_are_listed(changed: Changed) ->
     path.write_text(
         path.read_text().replace('mat="gel"/>', 'mat="gel" elem_type="HEX8G1"><alpha>0.05</alpha></SolidDomain>')
     )
-    assert {"`elem_type` of the domain `Part1`", "`alpha` of the domain `Part1`"} <= listed(formats.read(path)).keys()
+    assert {"`elem_type` of the domain `Part1`", "`alpha` of the domain `Part1`"} <= listed(
+        import_formats.read(path)
+    ).keys()
 
 
 def test_all_blocks_of_one_domain_are_its_cells(changed: Changed) -> None:
@@ -102,7 +104,7 @@ def test_all_blocks_of_one_domain_are_its_cells(changed: Changed) -> None:
         f'<node id="{i}">{x},{y},30</node>' for i, x, y in ((9, 0, 0), (10, 10, 0), (11, 10, 10), (12, 0, 10))
     )
     block = '<Elements type="hex8" name="Part1"><elem id="2">5,6,7,8,9,10,11,12</elem></Elements>'
-    found = formats.read(
+    found = import_formats.read(
         changed(OWN / "cube.feb", ("		</Nodes>", nodes), ('		<NodeSet name="base"', block))
     )
     assert [part.cells.tolist() for part in found.parts] == [[0, 1]]
@@ -198,8 +200,8 @@ def two_cubes(second: float) -> str:
 def test_a_deck_of_two_pieces_is_one_body_of_two(tmp_path: Path) -> None:
     """u = F L / (E A) = 1 N * 10 mm / (1 MPa * 100 mm^2) of both; there is no density, and nothing depends on it."""
     (tmp_path / "two.inp").write_text(two_cubes(15.0))
-    mm = units.told("mm-t-s", None, None, None)
-    found = scene.written(formats.read(tmp_path / "two.inp"), mm, scene.Filled(), "m.inp")
+    mm = deck_units.told("mm-t-s", None, None, None)
+    found = scene_writer.written(import_formats.read(tmp_path / "two.inp"), mm, scene_writer.Filled(), "m.inp")
     assert "pieces = keep" in found.scene
     assert any("2 pieces share no nodes" in how for how in found.taken)
     assert any("no density" in how for how in found.taken)
@@ -214,14 +216,19 @@ def test_a_deck_of_two_pieces_is_one_body_of_two(tmp_path: Path) -> None:
 def test_pieces_that_overlap_are_refused(tmp_path: Path) -> None:
     (tmp_path / "two.inp").write_text(two_cubes(5.0))
     with pytest.raises(Foreign, match="2 pieces, of which some overlap"):
-        scene.written(formats.read(tmp_path / "two.inp"), units.told("mm-t-s", None, None, None), scene.Filled(), "x")
+        scene_writer.written(
+            import_formats.read(tmp_path / "two.inp"),
+            deck_units.told("mm-t-s", None, None, None),
+            scene_writer.Filled(),
+            "x",
+        )
 
 
 def test_cells_that_are_inside_out_are_counted_and_mean_the_same(tmp_path: Path) -> None:
     """1e-12: the same problem, whose matrix has its rows in another order."""
-    mm, sag = units.told("mm-t-s", None, None, None), []
+    mm, sag = deck_units.told("mm-t-s", None, None, None), []
     for name in ("deck.inp", "deck-inside-out.inp"):
-        made = scene.written(formats.read(PARTS / name), mm, scene.Filled(), f"{name}.mesh.inp")
+        made = scene_writer.written(import_formats.read(PARTS / name), mm, scene_writer.Filled(), f"{name}.mesh.inp")
         (tmp_path / f"{name}.mesh.inp").write_text(made.mesh or "")
         probed = (
             made.scene + "probe end = point(body, at = (20, 5, 5) mm)\nmetric sag = displacement(end, along = -z)\n"
@@ -235,5 +242,5 @@ def test_cells_that_are_inside_out_are_counted_and_mean_the_same(tmp_path: Path)
 def test_cells_of_gmsh_are_counted_as_its_file_has_them(changed: Changed) -> None:
     path = changed(PARTS / "named.msh")
     path.write_text(path.read_text().replace("5 9 10 6 8 12 11 7", "5 6 10 9 8 7 11 12"))
-    assert formats.read(path).inside_out.tolist() == [1]
-    assert not len(formats.read(PARTS / "named.msh").inside_out)
+    assert import_formats.read(path).inside_out.tolist() == [1]
+    assert not len(import_formats.read(PARTS / "named.msh").inside_out)

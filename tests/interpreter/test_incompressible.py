@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import softmark
-from softmark.interpreter.results.report import ModelResult
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.results.run_report import ModelResult
 
 SCENE = """
 param    nu     = 0.49

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run as pipeline
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run as pipeline
 
 SEEDS = 200
 QUICK = 8

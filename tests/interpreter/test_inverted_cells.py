@@ -57,8 +57,8 @@ def test_a_sound_state_is_as_before() -> None:
 
 def test_a_comparison_recommends_no_such_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its points are on no front, with the reason."""
-    from softmark.interpreter.study.analysis.front import judge
-    from softmark.interpreter.study.analysis.point import ComparedPoint
+    from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
+    from softmark.interpreter.study.analysis.pareto_front import judge
 
     point = {
         "key": "a", "scene": "s", "model": "tet", "status": "converged", "size": {"dofs": 3},

@@ -17,7 +17,7 @@ import pytest
 
 from softmark import SceneError, loads
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.evidence.other_units import other_units
+from softmark.interpreter.verification.unit_mismatch import other_units
 
 SCENE = """softmark 1
 scene "Block"

@@ -20,18 +20,18 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.evidence import doubts
-from softmark.interpreter.front.catalogue import compiled
-from softmark.interpreter.models.outside.adapters import PROGRAMS, RODS, adapter
-from softmark.interpreter.plan.plan import plan_of
-from softmark.interpreter.results.report import SeenCurve
-from softmark.interpreter.results.states import Moment
-from softmark.interpreter.run import models
-from softmark.interpreter.run.options import Options, Text
-from softmark.interpreter.run.pipeline import report_of, sound_of
-from softmark.interpreter.study.expansion import sources
-from softmark.interpreter.study.kept import keeper, keys, store
-from softmark.interpreter.study.kept.plain import Reader, Unkept, Writer
+from softmark.interpreter.models.external.adapters import PROGRAMS, RODS, adapter
+from softmark.interpreter.pipeline import model_runs
+from softmark.interpreter.pipeline.run_options import Options, Text
+from softmark.interpreter.pipeline.run_pipeline import report_of, sound_of
+from softmark.interpreter.planning.run_plan import plan_of
+from softmark.interpreter.results.run_report import SeenCurve
+from softmark.interpreter.results.state_results import Moment
+from softmark.interpreter.study.configurations import source_digests
+from softmark.interpreter.study.run_cache import cache_folder, result_keeper, run_cache_keys
+from softmark.interpreter.study.run_cache.result_serialization import Reader, Unkept, Writer
+from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.interpreter.verification import accuracy_warnings
 
 SCENE = """scene "Kept"
 use "gels.scene" as gels
@@ -77,7 +77,7 @@ def found(folder: Path, text: str, overrides: tuple[str, ...] = (), **asked: Any
         (folder / "gels.scene").write_text(GELS, encoding="utf-8")
     plugins = asked.pop("plugins", ())
     given = Text(Source("my.scene", text), folder, folder / "my.scene", overrides, plugins)
-    own = keeper.Keeper(lambda: folder / "report")
+    own = result_keeper.Keeper(lambda: folder / "report")
     results = report_of(given, Options(free=True, draw=False, **asked), own).outcomes
     return {result.name for result in results if not result.kept}
 
@@ -93,7 +93,7 @@ def computed(folder: Path) -> set[str]:
 
 
 def kept(folder: Path) -> list[Path]:
-    return sorted((folder / "report" / store.FOLDER).iterdir())
+    return sorted((folder / "report" / cache_folder.FOLDER).iterdir())
 
 
 def plain(folder: Path) -> list[str]:
@@ -209,7 +209,7 @@ def test_what_is_no_text_of_the_scene_counts_as_well(first: Path, monkeypatch: p
         patch.setenv("OMP_NUM_THREADS", "7")
         assert found(first, SCENE) == ALL
     with monkeypatch.context() as patch:
-        patch.setattr(sources, "digest", lambda: "another softmark")
+        patch.setattr(source_digests, "digest", lambda: "another softmark")
         assert found(first, SCENE) == ALL
     (first / "gels.scene").write_text(GELS.replace("30", "31"), encoding="utf-8")
     assert found(first, SCENE) == ALL
@@ -224,10 +224,10 @@ def test_another_program_of_the_same_number_is_another(tmp_path: Path, monkeypat
     (tmp_path / "gels.scene").write_text(GELS, encoding="utf-8")
 
     def keyed() -> dict[str, str]:
-        sources.of_installed.cache_clear()
+        source_digests.of_installed.cache_clear()
         options = Options(free=True)
         sound = sound_of(Text(Source("my.scene", text), tmp_path, tmp_path / "my.scene", (), ()), options)
-        return keys.keys_of(sound.scene, plan_of(sound.scene, ()), options)
+        return run_cache_keys.keys_of(sound.scene, plan_of(sound.scene, ()), options)
 
     seen = []
     for body in ("true", "false"):
@@ -235,7 +235,7 @@ def test_another_program_of_the_same_number_is_another(tmp_path: Path, monkeypat
         own.chmod(0o755)
         seen.append(keyed())
     assert {name for name in seen[0] if seen[0][name] != seen[1][name]} == {"", "rod"}
-    sources.of_installed.cache_clear()
+    source_digests.of_installed.cache_clear()
     known = {name: adapter(name) for name in (*PROGRAMS, *RODS)}
     assert all(bool(own.places()) == (own.version() is not None) for own in known.values())
 
@@ -265,15 +265,15 @@ def test_contents_of_files_count_and_their_names_do_not_hide_them(tmp_path: Path
 @pytest.mark.slow
 def test_a_file_that_is_saved_while_it_is_read_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured(tmp_path, 0.01)
-    known = keeper.Keeper.known
+    known = result_keeper.Keeper.known
 
-    def saved(self: keeper.Keeper, *given: Any) -> Any:
+    def saved(self: result_keeper.Keeper, *given: Any) -> Any:
         taken = known(self, *given)
         measured(tmp_path, 0.03)  # after it was looked at, before it is read
         return taken
 
     with monkeypatch.context() as patch:
-        patch.setattr(keeper.Keeper, "known", saved)
+        patch.setattr(result_keeper.Keeper, "known", saved)
         found(tmp_path, SCENE + SEEN)
     measured(tmp_path, 0.01)
     assert found(tmp_path, SCENE + SEEN) == ALL | {"seen"}
@@ -369,8 +369,8 @@ def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: p
     whole = plain(tmp_path)
     for file in kept(tmp_path):
         file.unlink()
-    monkeypatch.setattr(keeper, "WORTH", 0.0)
-    solve = models.solve
+    monkeypatch.setattr(result_keeper, "WORTH", 0.0)
+    solve = model_runs.solve
 
     def interrupted(work: Any, name: str) -> None:
         if name == "stiff":
@@ -383,7 +383,7 @@ def test_who_is_interrupted_has_what_was_finished(tmp_path: Path, monkeypatch: p
         redirect_stdout(io.StringIO()),
         redirect_stderr(io.StringIO()),
     ):
-        broken.setattr(models, "solve", interrupted)
+        broken.setattr(model_runs, "solve", interrupted)
         assert main(["run", "my.scene", "--out", "report"]) == 130
     assert run(tmp_path)[0] == {"stiff", "theory"}
     numbers = re.compile(r'"(setup|solve|step)(_cpu)?_s": \{.*?\}', re.DOTALL)
@@ -395,8 +395,8 @@ def test_models_are_kept_once_those_are_solved_that_they_are_held_against(
     against: str, early: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found: list[str] = []
-    monkeypatch.setattr(keeper, "WORTH", 0.0)
-    monkeypatch.setattr(keeper.Keeper, "keep_early", lambda self, works, name: found.append(name))
+    monkeypatch.setattr(result_keeper, "WORTH", 0.0)
+    monkeypatch.setattr(result_keeper.Keeper, "keep_early", lambda self, works, name: found.append(name))
     run(tmp_path, text=SCENE + f"metric apart = max_error(axis, against = {against})\n")
     assert found == early
 
@@ -417,7 +417,7 @@ def test_two_runs_at_once_in_one_folder(tmp_path: Path) -> None:
 def test_what_was_kept_with_other_doubts_is_not_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A model says with its error which warnings speak against it; some come from what it shares with others."""
     run(tmp_path, text=SCENE)
-    monkeypatch.setattr(doubts, "doubts_of", lambda *given: ["W375"])
+    monkeypatch.setattr(accuracy_warnings, "doubts_of", lambda *given: ["W375"])
     assert run(tmp_path)[0] == ALL
 
 
@@ -451,20 +451,20 @@ def test_no_file_has_anything_run(tmp_path: Path) -> None:
     """With a right checksum, too: objects are not read, and classes that are not of results are not made."""
     body = io.BytesIO()
     np.savez(body, json=np.array([Path("made")], dtype=object))
-    store.write(tmp_path, "key", 0, [])
-    path = store._path(tmp_path, "key")
-    path.write_bytes(store._head(body.getvalue()) + b"\n" + body.getvalue())
-    with pytest.raises(store.Damaged):
-        store.read(tmp_path, "key")
+    cache_folder.write(tmp_path, "key", 0, [])
+    path = cache_folder._path(tmp_path, "key")
+    path.write_bytes(cache_folder._head(body.getvalue()) + b"\n" + body.getvalue())
+    with pytest.raises(cache_folder.Damaged):
+        cache_folder.read(tmp_path, "key")
     with pytest.raises(LookupError):
         Reader(NOBODY, {}).read({"~class": "Popen", "fields": {}})
 
 
 def test_a_folder_of_results_stays_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store, "MOST", 3)
+    monkeypatch.setattr(cache_folder, "MOST", 3)
     for number in range(6):
-        store.write(tmp_path, f"{number}", number, [])
-        os.utime(store._path(tmp_path, f"{number}"), (number, number))
-    store.prune(tmp_path, ["0"])
-    left = {number for number in range(6) if store.read(tmp_path, f"{number}") is not None}
+        cache_folder.write(tmp_path, f"{number}", number, [])
+        os.utime(cache_folder._path(tmp_path, f"{number}"), (number, number))
+    cache_folder.prune(tmp_path, ["0"])
+    left = {number for number in range(6) if cache_folder.read(tmp_path, f"{number}") is not None}
     assert left == {0, 4, 5}

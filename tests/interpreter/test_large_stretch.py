@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from softmark.interpreter.face.api import loads
+from softmark.interpreter.api.python_api import loads
 
 E = 60e3
 STRETCH = 3.0

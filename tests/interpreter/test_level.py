@@ -10,7 +10,7 @@ from __future__ import annotations
 import pytest
 
 import softmark
-from softmark.interpreter.models.shared import bedding
+from softmark.interpreter.models.shared import foundation_setup
 
 BLOCK = """
 material gum   = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -80,13 +80,13 @@ def test_a_plate_stays_level_at_finite_strain() -> None:
 
 
 def test_the_watchdog_finds_a_plate_whose_springs_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = bedding._levelled
+    right = foundation_setup._levelled
 
     def wrong(*given):
         own = right(*given)
         return type(own)(own.facets, 1.01 * own.K, along=own.along)
 
-    monkeypatch.setattr(bedding, "_levelled", wrong)
+    monkeypatch.setattr(foundation_setup, "_levelled", wrong)
     own = softmark.loads("softmark 1\n" + block()).run().models["cells"]
     assert own.status == "failed"
     assert "other formulas" in own.message

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.results.report import ModelResult
+from softmark.interpreter.results.run_report import ModelResult
 
 SCENE = """
 param h = 15 mm
@@ -123,7 +123,7 @@ def test_a_model_can_start_from_a_beam() -> None:
 def test_a_linear_solver_that_is_missing_is_said_before_anything_is_solved(
     linear: str, package: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("softmark.interpreter.models.fem.levers.find_spec", lambda name: None)
+    monkeypatch.setattr("softmark.interpreter.models.fem.solver_options.find_spec", lambda name: None)
     with pytest.raises(softmark.SceneError) as refused:
         solved(f"model other = fem(tet4, strain = corotational, size = h, linear = {linear})\n")
     (found,) = (d for d in refused.value.diagnostics if d.code == "E508")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.evidence.placed_check import along_line
-from softmark.interpreter.run.pipeline import Options, run
-from softmark.interpreter.vocabulary.loads import PerLength
-from softmark.solvers.mesh.interpolation import locate
-from softmark.solvers.mesh.line import along, crossings
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.verification.point_and_line_loads_check import along_line
+from softmark.interpreter.vocabulary.load_words import PerLength
+from softmark.solvers.mesh.element_interpolation import locate
 from softmark.solvers.mesh.mesh import Floats, Mesh
+from softmark.solvers.mesh.mesh_line import along, crossings
 from softmark.solvers.mesh.shapes import SHAPES
 
 KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")

@@ -12,13 +12,13 @@ import pytest
 from octant import octant
 
 import softmark
-from softmark.interpreter.evidence.error_estimate import is_doubt
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_for
-from softmark.interpreter.problem.parts.resultants import doubts, resultants
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.problem.body_case import case_for
+from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.verification.error_estimate import is_doubt
 
 BAR = """
 material gel = neo_hookean(young = 600 kPa, poisson = 0.3, density = 1000 kg/m^3)

@@ -18,32 +18,32 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.grammar import parse
+from softmark.grammar import parser
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.evidence import load_check
-from softmark.interpreter.evidence.kinds import beam_forces
-from softmark.interpreter.front.check import varied
-from softmark.interpreter.language import compile as compiling
-from softmark.interpreter.language.overrides import read
-from softmark.interpreter.models.shared import gripping
-from softmark.interpreter.plan import plan
-from softmark.interpreter.problem import case
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.study.expansion.tasks import perform
-from softmark.interpreter.study.expansion.variations import subject_of, task_of
-from softmark.references import curve
-from softmark.solvers.mesh import structured
+from softmark.interpreter.language import compiler as compiling
+from softmark.interpreter.language.parameter_overrides import read
+from softmark.interpreter.models.shared import support_selection
+from softmark.interpreter.planning import run_plan
+from softmark.interpreter.problem import body_case
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.study.configurations.configuration_expansion import subject_of, task_of
+from softmark.interpreter.study.configurations.configuration_task import perform
+from softmark.interpreter.validation.scene_checks import varied
+from softmark.interpreter.verification import load_forces_check
+from softmark.interpreter.verification.by_model import beam_forces_check
+from softmark.references import measured_curve
+from softmark.solvers.mesh import structured_meshes
 
 COUNTED: dict[CodeType, str] = {
-    parse.parse.__code__: "parsed",
+    parser.parse.__code__: "parsed",
     compiling._compiled.__code__: "compiled",
-    plan.plan_of.__code__: "planned",
-    case._made.__code__: "cases",
-    structured.solid.__code__: "meshes",
-    curve.CurveFromFile.load.__code__: "curves",
-    load_check._swept.__code__: "swept",
-    gripping._found.__code__: "grips",
-    beam_forces.BeamLine.rod.__code__: "rods",
+    run_plan.plan_of.__code__: "planned",
+    body_case._made.__code__: "cases",
+    structured_meshes.solid.__code__: "meshes",
+    measured_curve.CurveFromFile.load.__code__: "curves",
+    load_forces_check._swept.__code__: "swept",
+    support_selection._found.__code__: "grips",
+    beam_forces_check.BeamLine.rod.__code__: "rods",
 }
 BEAM = """
 material silicone = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1070 kg/m^3)

@@ -12,16 +12,16 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.front.catalogue import compiled
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.models.springs.build import PreparedSprings, prepare
-from softmark.interpreter.models.springs.calibration import REACH, Fit, NoFit, doubts, least, scaled
-from softmark.interpreter.models.springs.words import Calibrated, FromMaterial, MassSpring, Uniform
-from softmark.interpreter.problem.case import Case, case_of
-from softmark.interpreter.results.report import Report
-from softmark.references.measured import MeasuredPoints
-from softmark.references.reference import Reference
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.spring_network.spring_builder import PreparedSprings, prepare
+from softmark.interpreter.models.spring_network.spring_declaration import Calibrated, FromMaterial, MassSpring, Uniform
+from softmark.interpreter.models.spring_network.stiffness_calibration import REACH, Fit, NoFit, doubts, least, scaled
+from softmark.interpreter.problem.body_case import Case, case_of
+from softmark.interpreter.results.run_report import Report
+from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.references.measured_data import MeasuredPoints
+from softmark.references.reference_base import Reference
 from softmark.solvers.mesh.shapes import Box
 
 BEAM = """

@@ -9,11 +9,11 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import COMMANDS, main
-from softmark.interpreter.dictionary.absent import hint
-from softmark.interpreter.dictionary.words import constructors, page
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.language.aliases import WORDS
-from softmark.interpreter.language.elsewhere import TABLE, key, meaning, meanings
+from softmark.interpreter.help.unknown_words import hint
+from softmark.interpreter.help.word_pages import constructors, page
+from softmark.interpreter.language.foreign_aliases import WORDS
+from softmark.interpreter.language.foreign_words import TABLE, key, meaning, meanings
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 # what people of the field type, by what each answer must speak of; judged one by one
 TYPED = {

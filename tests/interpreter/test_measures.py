@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from softmark.interpreter.dictionary.measures import common, meaning, measures
+from softmark.interpreter.help.display_units import common, meaning, measures
 from softmark.interpreter.language import units
 
 

@@ -124,7 +124,7 @@ model quadratic = fem(tet10, strain = corotational, mesh = {file.format(split=""
 
 def test_models_share_a_mesh_where_all_agrees(tmp_path: Path) -> None:
     """By element, size, and all that is said of a file, and by nothing else: merged nodes are not those of a slit."""
-    from softmark.interpreter.models.fem.words import Fem
+    from softmark.interpreter.models.fem.fem_declaration import Fem
     from softmark.solvers.mesh.shapes import MeshFile
 
     file, other = MeshFile("a.msh", 1e-3), MeshFile("a.msh", 1e-3, "kuhn")

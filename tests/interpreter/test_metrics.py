@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.front.catalogue import CATALOGUE
 from softmark.interpreter.language import units
 from softmark.interpreter.metrics import METRICS
-from softmark.interpreter.metrics.course_norm import CourseNorm
+from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
 from softmark.interpreter.metrics.mean_error import MeanError
 from softmark.interpreter.metrics.measurement import Known, Seen
-from softmark.interpreter.metrics.metric import OfDisplacements
+from softmark.interpreter.metrics.metric_base import OfDisplacements
 from softmark.interpreter.metrics.period import Period
-from softmark.interpreter.metrics.realtime import RealTime
-from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.realtime_factor import RealTime
+from softmark.interpreter.metrics.trajectory_error import CourseNorm
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.volume_change import VolumeChange
-from softmark.interpreter.results.history import History
-from softmark.interpreter.results.report import Timing
+from softmark.interpreter.results.motion_history import History
+from softmark.interpreter.results.run_report import Timing
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.materials.linear_elastic import LinearElastic
 
 CASE: Any = SimpleNamespace(materials=(LinearElastic(7.875, 0.3125, 1.0),), parts=())  # mu = 3, lam = 5

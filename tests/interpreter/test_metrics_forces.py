@@ -9,8 +9,8 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.language.scene import SceneError
-from softmark.interpreter.report.run import terminal
+from softmark.interpreter.language.compiled_scene import SceneError
+from softmark.interpreter.report.run import report_terminal
 
 BAR = """softmark 1
 scene "asked of forces"
@@ -61,7 +61,7 @@ def test_a_bar_that_is_stretched_pulls_as_hooke_says() -> None:
         assert found["twist"] == pytest.approx(0.005 * 0.3, rel=1e-9)  # (y, -F): z component -y F_x = + y F
         assert found["own"] == pytest.approx(0.0, abs=1e-12)
     assert report.models["hex"].metrics["pull"].details["size_N"] == pytest.approx(0.3, rel=1e-9)
-    shown = terminal.table(report, terminal=False)
+    shown = report_terminal.table(report, terminal=False)
     assert "300 mN" in shown
     assert "1.5 mN*m" in shown  # a moment is no energy
     assert "150 µJ" in shown

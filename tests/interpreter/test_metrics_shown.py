@@ -10,8 +10,8 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_summary import Findings
 
 Parsed = Callable[[str], Any]
 BEAM = """

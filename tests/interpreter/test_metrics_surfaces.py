@@ -11,10 +11,10 @@ import pytest
 
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.measurement import Known, Seen
-from softmark.interpreter.metrics.surface import side
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance, relative
-from softmark.interpreter.metrics.undefined import Undefined
-from softmark.references.surfaces import SearchedSurface
+from softmark.interpreter.metrics.target_surface import side
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.references.surface_geometry import SearchedSurface
 
 # a cube of corners (0 or 1)^3, number 4 x + 2 y + z, its triangles counter-clockwise from outside
 CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])

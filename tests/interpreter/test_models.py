@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.beam.rigid import free_motions, point_rows
+from softmark.interpreter.models.beam.rigid_motions import free_motions, point_rows
 
 BAR = """
 param L = 400 mm

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.models.shared.motion import _unbalanced
-from softmark.solvers.dynamics.balance import EnergyBalance
+from softmark.interpreter.models.shared.solid_dynamics import _unbalanced
+from softmark.solvers.dynamics.energy_balance import EnergyBalance
 
 BLOCK = """
 material gel   = neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.run.pipeline import Options
-from softmark.interpreter.run.pipeline import run as run_of
+from softmark.interpreter.pipeline.run_pipeline import Options
+from softmark.interpreter.pipeline.run_pipeline import run as run_of
 from softmark.scenes import ROOT
 
 BAR = """

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.network.moving import MovingNetwork
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_for
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.scheme import Motion
+from softmark.interpreter.models.beam_frame.frame_dynamics import MovingNetwork
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.problem.body_case import case_for
+from softmark.solvers.dynamics.integrator import Motion
+from softmark.solvers.dynamics.time_integration import march
 
 HEAD = """softmark 1
 scene "frames that move"

@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
-from softmark.grammar.lex import Token, lex
-from softmark.interpreter.front.load import checked
+from softmark.grammar.lexer import Token, lex
+from softmark.interpreter.validation.scene_loader import checked
 from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))

@@ -12,9 +12,9 @@ from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 
 import softmark
-from softmark.interpreter.models.network import build
-from softmark.interpreter.models.network.layout import Layout
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.models.beam_frame import frame_builder
+from softmark.interpreter.models.beam_frame.frame_layout import Layout
+from softmark.interpreter.pipeline import run_pipeline
 
 E, RHO, A = 200e6, 7.85, 0.02  # Pa, kg/m^3, and the side of square sections, m
 EI, LINE = E * A**4 / 12.0, RHO * A * A  # N m^2, kg/m
@@ -33,7 +33,7 @@ metric uz = displacement(tip, along = +z)
 def run(text: str, **options: Any) -> dict[str, Any]:
     """The models of a scene, whose forces balance by other formulas."""
     loaded = softmark.loads(HEAD + text)
-    report = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False, **options))
+    report = run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
     assert {n: m.message for n, m in report.models.items() if m.status != "converged"} == {}
     for name, model in report.models.items():
         balance = model.solve["checks"]["reactions"]
@@ -277,8 +277,8 @@ def test_its_loads_are_those_that_were_asked_for() -> None:
 
 def test_a_wrong_stiffness_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forces found again know the sections themselves: 0.1 % more of E I is refused."""
-    right = build.stiffnesses
-    monkeypatch.setattr(build, "stiffnesses", lambda *of: right(*of) * [1.0, 1.0, 1.0, 1.0, 1.001, 1.0])
+    right = frame_builder.stiffnesses
+    monkeypatch.setattr(frame_builder, "stiffnesses", lambda *of: right(*of) * [1.0, 1.0, 1.0, 1.0, 1.001, 1.0])
     text = (
         f"{BEAM}support wall = fixed(bar, where = x <= 0 m)\nmodel m = frame6dof(segments = 8)\n{TIP}"
         "load push = point_force(bar, at = (1, 0, 0) m, vector = (0, 0, -10) mN)\n"
@@ -380,8 +380,14 @@ model rod = beam6dof(segments = 4)
 probe end = point(bar, at = (200, 5, 5) mm)
 metric down = displacement(end, along = -z)
 """
-    new = {"solvers.mesh.frame", "solvers.energies.rod_joints", "solvers.statics.rod_network",
-           "solvers.energies.turning.joints",
-           "interpreter.front.networks", "interpreter.models.network.layout", "interpreter.models.network.build",
-           "interpreter.evidence.kinds.networks"}  # fmt: skip
+    new = {
+        "solvers.mesh.frame_shapes",
+        "solvers.energies.rod_joints",
+        "solvers.statics.rod_frame_state",
+        "solvers.energies.incremental_rotation.moving_rod_joints",
+        "interpreter.validation.frame_checks",
+        "interpreter.models.beam_frame.frame_layout",
+        "interpreter.models.beam_frame.frame_builder",
+        "interpreter.verification.by_model.frame_verifier",
+    }
     assert not new & loaded_by(scene)

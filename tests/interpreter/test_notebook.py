@@ -15,7 +15,7 @@ import pytest
 import softmark
 
 ROOT = Path(__file__).parents[2]
-NOTEBOOKS = sorted((ROOT / "interpreter" / "pages" / "notebooks").glob("*.ipynb"))
+NOTEBOOKS = sorted((ROOT / "interpreter" / "documentation" / "notebooks").glob("*.ipynb"))
 BEAM = """
 scene "A rod"
 param L = 178 mm
@@ -88,7 +88,7 @@ def test_what_only_notebooks_need_is_imported_where_it_is_used() -> None:
     heads = re.compile(r"^(?:import|from) (?:IPython|pandas|matplotlib|pint)\b", re.MULTILINE)
     files = sorted((ROOT / "interpreter").rglob("*.py"))
     found = [f.name for f in files if heads.search(f.read_text(encoding="utf-8"))]
-    assert found == ["magic.py"]
+    assert found == ["cell_magic.py"]
 
 
 # ------------------------------------------------------------------ files
@@ -195,7 +195,7 @@ def test_what_cannot_be_drawn_says_so_and_what_can(report: Any) -> None:
 
 
 def test_rows_of_a_frame_are_numbers_with_what_they_are_worth(report: Any) -> None:
-    from softmark.interpreter.face.frames import COLUMNS, rows
+    from softmark.interpreter.api.pandas_tables import COLUMNS, rows
 
     eta, drop, known = list(rows(report))
     assert list(eta) == list(COLUMNS)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.interpreter.face.api import load
-from softmark.interpreter.language.scene import SceneError
-from softmark.interpreter.problem.outliers import BESIDE, _of_swept
+from softmark.interpreter.api.python_api import load
+from softmark.interpreter.language.compiled_scene import SceneError
+from softmark.interpreter.problem.points_outside_body import BESIDE, _of_swept
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 SCENE = """softmark 1

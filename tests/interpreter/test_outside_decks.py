@@ -17,12 +17,12 @@ from answering import PROGRAMS as ANSWERING
 from answering import stand_in
 
 import softmark
-from softmark.interpreter.models.outside.adapters import PROGRAMS, adapter, on_path
-from softmark.interpreter.models.outside.build import PreparedOutside
-from softmark.interpreter.models.outside.problem import NoAnswer
-from softmark.interpreter.models.prepare import Measurements, prepared_model
-from softmark.interpreter.models.shared.prepared import Solution, Workshop
-from softmark.interpreter.problem.case import case_for
+from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, executables
+from softmark.interpreter.models.external.external_builder import PreparedOutside
+from softmark.interpreter.models.external.external_problem import NoAnswer
+from softmark.interpreter.models.model_preparation import Measurements, prepared_model
+from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
+from softmark.interpreter.problem.body_case import case_for
 
 Solved = tuple[Any, np.ndarray]  # a scene, and our displacements (n, 3), m
 BLOCK = """softmark 1
@@ -183,9 +183,9 @@ def test_files_that_are_none_are_said(why: str, solved: Solved, tmp_path: Path) 
 
 def test_what_a_program_writes_over_is_no_answer(solved: Solved, tmp_path: Path) -> None:
     adapter("sofa").write(prepared(solved[0], "sofa").asked(), tmp_path)
-    (tmp_path / on_path.NODES).write_bytes(b"none")
+    (tmp_path / executables.NODES).write_bytes(b"none")
     with pytest.raises(NoAnswer, match="written over"):
-        on_path.kept(tmp_path)
+        executables.kept(tmp_path)
 
 
 @pytest.mark.parametrize("program", ANSWERING)

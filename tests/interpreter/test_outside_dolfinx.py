@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside.adapters import PROGRAMS, dolfinx, dolfinx_driver
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.models.external.adapters import PROGRAMS, dolfinx, dolfinx_driver
+from softmark.interpreter.pipeline import run_pipeline
 from softmark.solvers.elements import element_of
 
 # what a law with constants of its own is written as
@@ -116,7 +116,7 @@ def test_its_other_laws_several_materials_and_a_support_that_moves_are_ours() ->
     if dolfinx.version() is None:
         pytest.skip("no Python has DOLFINx")
     loaded = softmark.loads(BAR)
-    report = pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False))
+    report = run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
     ours, theirs = (report.models[n] for n in ("ours", "theirs"))
     assert theirs.status == "converged", theirs.message
     apart = np.abs(theirs.mesh.displacement - ours.mesh.displacement).max()

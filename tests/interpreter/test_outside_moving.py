@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside.adapters import newton_vbd, newton_xpbd, ngsolve
-from softmark.interpreter.models.outside.problem import Motion, Problem, Stuff
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.models.external.adapters import newton_vbd, newton_xpbd, ngsolve
+from softmark.interpreter.models.external.external_problem import Motion, Problem, Stuff
+from softmark.interpreter.pipeline import run_pipeline
 
 # a bar that falls by a fifth of its length in a tenth of a second: cells of 15 mm, which rotate by up to 20 degrees
 FALL = """softmark 1
@@ -35,7 +35,7 @@ model ours = fem(tet4, strain = finite, size = 15 mm, mass = lumped)
 
 def run(text: str) -> Any:
     loaded = softmark.loads(text)
-    return pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False))
+    return run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
 
 
 @pytest.mark.slow

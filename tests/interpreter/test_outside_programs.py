@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside import build
-from softmark.interpreter.models.outside.adapters import PROGRAMS, adapter, calculix
-from softmark.interpreter.models.outside.adapters.packaged import Package, problem_in
-from softmark.interpreter.models.outside.problem import Answer, NotSettled, Problem
-from softmark.interpreter.models.outside.words import Outside
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.terminal import table
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.models.external import external_builder
+from softmark.interpreter.models.external.adapters import PROGRAMS, adapter, calculix
+from softmark.interpreter.models.external.adapters.package_process import Package, problem_in
+from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_problem import Answer, NotSettled, Problem
+from softmark.interpreter.pipeline import run_pipeline
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_terminal import table
 
 # the silicone beam of 2008, bent by 12 to 14 degrees: so far that finite strain is another answer
 BEAM = """softmark 1
@@ -54,7 +54,7 @@ NEEDS = {"felupe": "felupe", "ngsolve": "ngsolve", "scikit_fem": "skfem"}
 
 def run(text: str, **options: Any) -> Any:
     loaded = softmark.loads(text)
-    return pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False, **options))
+    return run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False, **options))
 
 
 def installed(program: str) -> bool:
@@ -187,7 +187,7 @@ def test_a_program_that_goes_wrong_ends_as_what_it_is(
 ) -> None:
     program, status, message = ENDS[what]
     fake = Fake(program, tmp_path)
-    monkeypatch.setattr(build, "adapter", lambda name: fake)
+    monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
     report = run(BLOCK)
     ours, theirs = (report.models[n] for n in ("ours", "theirs"))
     assert (theirs.status, ours.status) == (status, "converged")
@@ -207,7 +207,7 @@ def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPat
     text, status = BLOCK, "unsupported"
     if why == "not installed":
         fake = SimpleNamespace(install="pip install it", version=lambda: None)
-        monkeypatch.setattr(build, "adapter", lambda name: fake)
+        monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
         status, message = "skipped", "scikit-fem is not installed: pip install it"
     elif why == "unsupported":
         text = BLOCK.replace(
@@ -218,7 +218,7 @@ def test_what_is_not_tried_is_no_failure(why: str, monkeypatch: pytest.MonkeyPat
         fake = SimpleNamespace(
             version=lambda: "1", refuses=lambda problem: [("poisson = 0.3", "it is too much for it")]
         )
-        monkeypatch.setattr(build, "adapter", lambda name: fake)
+        monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
         message = "scikit-fem is not asked for poisson = 0.3 (it is too much for it)"
     report = run(text)
     theirs = report.models["theirs"]
@@ -242,7 +242,7 @@ def test_what_says_itself_that_it_has_no_state_has_not_converged(
 
     fake = Stuck("", tmp_path)
     fake.command = lambda folder: ["/bin/true"]  # type: ignore[method-assign]
-    monkeypatch.setattr(build, "adapter", lambda name: fake)
+    monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
     theirs = run(BLOCK).models["theirs"]
     assert theirs.status == "not_converged"
     assert theirs.message == "scikit-fem says so itself: it came to 0.4 of the load"
@@ -266,7 +266,7 @@ def test_digits_that_an_answer_has_not_are_told_from_a_wrong_one(
     fake = SimpleNamespace(
         **{n: getattr(real, n) for n in ("install", "version", "refuses", "write", "command")}, read=read
     )
-    monkeypatch.setattr(build, "adapter", lambda name: fake)
+    monkeypatch.setattr(external_builder, "adapter", lambda name: fake)
     text = BLOCK.replace("time = 1 s", "time = 60 s").replace("memory = 0.5", "memory = 4")
     assert run(text).models["theirs"].status == status
     monkeypatch.setattr(fake, "read", lambda folder: Answer(read(folder).u, None, 1))

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside.adapters import packaged, pyelastica
-from softmark.interpreter.models.outside.problem import Motion, Problem, Section, Stuff
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.models.external.adapters import package_process, pyelastica
+from softmark.interpreter.models.external.external_problem import Motion, Problem, Section, Stuff
+from softmark.interpreter.pipeline import run_pipeline
 
 # a rod that swings through a third of a period of its first mode
 SWING = """softmark 1
@@ -32,7 +32,7 @@ FLAT = "box(size = (178, 24, 12) mm, origin = (0, -12, -6) mm)"
 
 def run(text: str) -> Any:
     loaded = softmark.loads(text)
-    return pipeline.run(loaded.scene, list(loaded.warnings), pipeline.Options(draw=False))
+    return run_pipeline.run(loaded.scene, list(loaded.warnings), run_pipeline.Options(draw=False))
 
 
 def rods(*models: tuple[int, str]) -> str:
@@ -119,9 +119,9 @@ def test_a_rod_goes_to_another_process_and_back(tmp_path: Path) -> None:
     told = Problem(np.eye(3), np.array([[0, 1], [1, 2]]), "rod", "finite", (stuff,), np.array([[0, 5]]), np.zeros(1),
                    np.zeros((3, 3)), motion=motion, section=section)  # fmt: skip
     pyelastica.write(told, tmp_path)
-    found = packaged.problem_in(tmp_path).section
+    found = package_process.problem_in(tmp_path).section
     assert found is not None
-    assert all(np.array_equal(getattr(found, n), getattr(section, n)) for n in packaged.SECTION)
+    assert all(np.array_equal(getattr(found, n), getattr(section, n)) for n in package_process.SECTION)
 
     def turned(angle: float) -> Any:
         c, s = np.cos(angle), np.sin(angle)

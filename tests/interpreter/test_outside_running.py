@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.models.outside.running import LOG, MARK, End, plain, run
+from softmark.interpreter.models.external.external_process import LOG, MARK, End, plain, run
 
 GB = 1e9
 
@@ -139,7 +139,7 @@ def test_it_goes_where_we_go(tmp_path: Path) -> None:
     (tmp_path / "program.py").write_text("import os, time\nopen('pid', 'w').write(str(os.getpid()))\ntime.sleep(60)")
     ours = f"""
         from pathlib import Path
-        from softmark.interpreter.models.outside.running import run
+        from softmark.interpreter.models.external.external_process import run
         run([{sys.executable!r}, "-I", "-S", "program.py"], Path({str(tmp_path)!r}), 60.0, 1e9)
     """
     worker = subprocess.Popen([sys.executable, "-c", textwrap.dedent(ours)])

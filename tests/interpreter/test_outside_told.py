@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside.adapters import PROGRAMS
-from softmark.interpreter.models.outside.decks import FORMATS
-from softmark.interpreter.report.exam.export import export
-from softmark.interpreter.run.options import Options
+from softmark.interpreter.models.external.adapters import PROGRAMS
+from softmark.interpreter.models.external.exporters import FORMATS
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.report.exam_export.exam_folder import export
 
 LAW = "neo_hookean_isochoric(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
 SCENE = """softmark 1

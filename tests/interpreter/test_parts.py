@@ -14,22 +14,22 @@ import pytest
 from octant import octant
 
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse import parse_expression
-from softmark.interpreter.evidence.load_check import FacetSweep
-from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language.condition_syntax import selection
-from softmark.interpreter.language.conditions import Condition
-from softmark.interpreter.language.expressions import Evaluator, Place, Quantity
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.parts.bounds import Bounds
-from softmark.interpreter.problem.parts.deviation import deviations
-from softmark.interpreter.problem.parts.patches import ConditionOnPatches, Patches
-from softmark.interpreter.problem.parts.surface import by_sides, loaded, settled_of
-from softmark.interpreter.problem.parts.true import selected
-from softmark.solvers.checks import solids
-from softmark.solvers.elements import ELEMENTS, moments
-from softmark.solvers.elements.facets import FACETS
-from softmark.solvers.energies.loads import FollowerPressure
+from softmark.interpreter.problem.surface_selection.exact_surface import selected
+from softmark.interpreter.problem.surface_selection.facet_deviation import deviations
+from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Patches
+from softmark.interpreter.problem.surface_selection.gradient_intervals import Bounds
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import by_sides, loaded, settled_of
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.verification.load_forces_check import FacetSweep
+from softmark.solvers.elements import ELEMENTS, moment_fitted_quadrature
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.energies.external_loads import FollowerPressure
+from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -65,7 +65,9 @@ def forces(mesh: Mesh, whole: np.ndarray, f: np.ndarray, xi: np.ndarray, w: np.n
     def push(dA: np.ndarray) -> np.ndarray:
         return np.linalg.norm(dA, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0])
 
-    found = solids.surface_forces(mesh.points, whole, push) + solids.part_forces(mesh.points, f, xi, w, push)
+    found = solid_forces.surface_forces(mesh.points, whole, push) + solid_forces.part_forces(
+        mesh.points, f, xi, w, push
+    )
     return float(found[:, 0].sum())
 
 
@@ -180,8 +182,8 @@ def test_pressure_on_a_part_of_a_deformed_facet(kind: str) -> None:
     assert weights is not None
     g = np.zeros(mesh.points.size)
     FollowerPressure(mesh.points, facets, 3.0, weights).add_gradient(u.ravel(), g)
-    direct = solids.surface_forces(mesh.points + u, found.whole, lambda dA: -3.0 * dA)
-    direct += solids.part_forces(mesh.points + u, found.nodes, found.xi, found.w, lambda dA: -3.0 * dA)
+    direct = solid_forces.surface_forces(mesh.points + u, found.whole, lambda dA: -3.0 * dA)
+    direct += solid_forces.part_forces(mesh.points + u, found.nodes, found.xi, found.w, lambda dA: -3.0 * dA)
     np.testing.assert_allclose(-g.reshape(-1, 3), direct, atol=1e-13 * np.abs(direct).sum())
     step, h = np.random.default_rng(2).normal(size=u.size), 1e-6
     load = FollowerPressure(mesh.points, facets, 3.0, weights)
@@ -200,10 +202,12 @@ def test_pressure_on_a_part_of_a_deformed_facet(kind: str) -> None:
 @pytest.mark.parametrize("nodes", FACETS)
 def test_fixed_points_integrate_what_a_pressure_needs(nodes: int) -> None:
     """Each polynomial is one at its own point; whole facets have the area of the reference, and its first moments."""
-    places = moments.places(nodes)
-    np.testing.assert_allclose(moments.basis(nodes, places), np.eye(len(places)), atol=1e-12)
+    places = moment_fitted_quadrature.places(nodes)
+    np.testing.assert_allclose(moment_fitted_quadrature.basis(nodes, places), np.eye(len(places)), atol=1e-12)
     xi, w = FACETS[nodes].quadrature()
-    np.testing.assert_allclose(moments.whole(nodes), w @ moments.basis(nodes, xi), atol=1e-14)
+    np.testing.assert_allclose(
+        moment_fitted_quadrature.whole(nodes), w @ moment_fitted_quadrature.basis(nodes, xi), atol=1e-14
+    )
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import pytest
 from told import case, problem, refused
 
 import softmark
-from softmark.interpreter.problem.theories import at_rest_of, doubt_of_theory, facts_of_theory, solved, stress_of
-from softmark.references.patch_test import PressedStack
+from softmark.interpreter.problem.theory_problems import at_rest_of, doubt_of_theory, facts_of_theory, solved, stress_of
+from softmark.references.contact_patch_test import PressedStack
 
 PAIR = """
 material gel   = linear_elastic(young = 10 kPa, poisson = 0.25, density = 1000 kg/m^3)

@@ -8,7 +8,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.plan.plan import Task, plan_of
+from softmark.interpreter.planning.run_plan import Task, plan_of
 
 HEAD = """
 material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)

@@ -11,8 +11,8 @@ from flat_cells import skfem_element, skfem_mesh
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.results.report import ModelResult
-from softmark.solvers.mesh.flat import Quadrilateral, Slice
+from softmark.interpreter.results.run_report import ModelResult
+from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
 
 CORNERS = "(0, 0, 0) mm, (48, 44, 0) mm, (48, 60, 0) mm, (0, 44, 0) mm"
 PANEL = Slice(Quadrilateral((0.0, 0.0, 0.0), (0.048, 0.044, 0.0), (0.048, 0.06, 0.0), (0.0, 0.044, 0.0)), 0.003)
@@ -241,8 +241,8 @@ def test_a_motion_stays_in_the_plane(model: str) -> None:
 )
 def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
     """True: away from finite strain on cells of 4 mm; that of `rise` at 10 kPa bends by some degrees."""
-    from softmark.interpreter.run.options import Options
-    from softmark.interpreter.run.pipeline import Sound, report_of
+    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.pipeline.run_pipeline import Sound, report_of
 
     text = f"model own = fem({model}, size = 8 mm)\nmodel fine = fem(quad9, strain = finite, size = 4 mm)"
     scene = softmark.loads(SCENE.replace("KIND", kind) + text)
@@ -257,7 +257,7 @@ def test_a_stated_error_holds_the_true_one(model: str, kind: str) -> None:
 
 def test_walks_along_elements_stay_with_those_of_the_body() -> None:
     """Others would be refused at every step; a solid's are asserted in test_stress_quantities."""
-    from softmark.interpreter.plan.quantities import quantity_of
+    from softmark.interpreter.planning.varied_quantities import quantity_of
 
     text = SCENE.replace("KIND", "plane_strain") + "model own = fem(quad4, strain = small, size = 16 mm)"
     assert quantity_of(softmark.loads(text).scene, "own.element").options == (
@@ -267,9 +267,9 @@ def test_walks_along_elements_stay_with_those_of_the_body() -> None:
 
 def test_a_page_shows_the_plane() -> None:
     """x to the right, y upward, whatever gravity says; a solid beside it is seen as solids are."""
-    from softmark.interpreter.report.run.findings import Findings
-    from softmark.interpreter.report.view3d.camera import view_of
-    from softmark.interpreter.report.view3d.still import axes_of
+    from softmark.interpreter.report.run.report_summary import Findings
+    from softmark.interpreter.report.view3d.still_picture import axes_of
+    from softmark.interpreter.report.view3d.view_camera import view_of
 
     report = solved("model own = fem(quad4, strain = small, size = 16 mm)")
     shapes = [m.shape for m in report.models.values() if m.shape is not None]

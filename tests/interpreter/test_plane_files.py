@@ -13,14 +13,14 @@ from flat_files import KINDS, clockwise, outline, plane_cells, write
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run
-from softmark.solvers.mesh import groups
-from softmark.solvers.mesh.apart import Apart
-from softmark.solvers.mesh.files.flaws import UnreadableMesh
-from softmark.solvers.mesh.flat import Flat, Quadrilateral, QuarterRing
-from softmark.solvers.mesh.flat_file import FlatFile
-from softmark.solvers.mesh.refine import finer
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run
+from softmark.solvers.mesh import mesh_groups
+from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+from softmark.solvers.mesh.mesh_refinement import finer
+from softmark.solvers.mesh.plane_region_files import FlatFile
+from softmark.solvers.mesh.plane_regions import Flat, Quadrilateral, QuarterRing
 from softmark.solvers.mesh.shapes import MeshFile
 
 SHEET = Quadrilateral((0.01, 0.0, 0.0), (0.05, 0.01, 0.0), (0.05, 0.03, 0.0), (0.01, 0.02, 0.0))
@@ -179,10 +179,10 @@ def test_edges_go_with_cells_that_are_raised_lowered_and_refined(tmp_path: Path,
         for own in (mesh, finer(mesh).mesh):
             assert own.volumes.sum() == pytest.approx(SHEET.area * 0.002, rel=1e-12)
             on = np.abs(own.points[:, 0] - at) < 1e-9
-            np.testing.assert_array_equal(groups.facets_in(own, edge), on[own.facets].all(axis=1))
-            np.testing.assert_array_equal(groups.nodes_in(own, edge), on)
+            np.testing.assert_array_equal(mesh_groups.facets_in(own, edge), on[own.facets].all(axis=1))
+            np.testing.assert_array_equal(mesh_groups.nodes_in(own, edge), on)
             right = own.points[own.cells].mean(axis=1)[:, 0] > 0.03
-            np.testing.assert_array_equal(groups.cells_in(own, "hard"), right)
+            np.testing.assert_array_equal(mesh_groups.cells_in(own, "hard"), right)
     tetrahedra = shape.named("tet4")
     assert tetrahedra.volumes.min() > 0.0
     assert tetrahedra.volumes.sum() == pytest.approx(SHEET.area * 0.002, rel=1e-12)
@@ -220,7 +220,7 @@ def test_a_curved_side_stays_where_the_file_has_it(tmp_path: Path) -> None:
 def test_shapes_load_nothing_of_plane_files(tmp_path: Path) -> None:
     """Neither plane bodies of shapes nor solids of files know of it; a plane body of a file does."""
     of_file, of_shape, _ = texts("plane_strain", "tri3", "small", sheet(tmp_path / "sheet.msh", "tri3"))
-    known = {"solvers.mesh.flat_file", "solvers.mesh.files.flat_cells"}
+    known = {"solvers.mesh.plane_region_files", "solvers.mesh.files.plane_cells"}
     assert not known & loaded_by(of_shape)
     assert known <= loaded_by(of_file)
 

@@ -13,14 +13,14 @@ from pathlib import Path
 import pytest
 
 import softmark
-from softmark.interpreter.cli.conformance.laws import of_law
-from softmark.interpreter.cli.conformance.plugin import conformance
-from softmark.interpreter.cli.conformance.trials import Trial, call_of, of_trial
+from softmark.interpreter.cli.conformance.law_contracts import of_law
+from softmark.interpreter.cli.conformance.plugin_contracts import conformance
+from softmark.interpreter.cli.conformance.trial_scenes import Trial, call_of, of_trial
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.front import plugins
-from softmark.interpreter.front.catalogue import CATALOGUE, vocabulary_with
-from softmark.interpreter.language.plugins import FILES, blamed
-from softmark.interpreter.study.expansion.variations import subject_of, task_of
+from softmark.interpreter.language.plugin_words import FILES, blamed
+from softmark.interpreter.study.configurations.configuration_expansion import subject_of, task_of
+from softmark.interpreter.validation import plugin_loader
+from softmark.interpreter.validation.constructor_registry import CATALOGUE, vocabulary_with
 from softmark.solvers.materials import MATERIALS, law_for
 
 PARTS = Path(__file__).parents[1] / "errors" / "parts"
@@ -62,7 +62,7 @@ def test_nothing_is_loaded_that_nobody_named(monkeypatch: pytest.MonkeyPatch) ->
         raise AssertionError("installed plugins were looked for")
 
     monkeypatch.setattr("importlib.metadata.entry_points", asked)
-    monkeypatch.setattr(plugins, "loaded", asked)
+    monkeypatch.setattr(plugin_loader, "loaded", asked)
     softmark.loads(WITHOUT)
 
 
@@ -123,9 +123,9 @@ def test_a_word_that_somebody_has_stays_theirs(tmp_path: Path) -> None:
 def test_an_installed_plugin_is_taken_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(SWAY, tmp_path / "swaying_package.py")
     monkeypatch.syspath_prepend(str(tmp_path))
-    point = EntryPoint("swaying", "swaying_package", plugins.GROUP)
+    point = EntryPoint("swaying", "swaying_package", plugin_loader.GROUP)
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [point])
-    assert plugins.installed() == {"swaying": "swaying_package"}
+    assert plugin_loader.installed() == {"swaying": "swaying_package"}
     assert codes("swaying") == []
     assert softmark.loads(SCENE, plugins="swaying").scene.vocabulary.plugins[0].asked == "swaying"
     absent = vocabulary_with(["swaing"])[1]
@@ -160,7 +160,7 @@ def test_what_a_plugin_raises_while_it_runs_is_its_own_reason(tmp_path: Path) ->
 BAR = (
     HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"models": {"bar": ("Bar", "made")}}')
     + '''
-from softmark.interpreter.models.shared.model import Model
+from softmark.interpreter.models.shared.model_declaration import Model
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ FLAT = WITHOUT.replace("box(size = (40, 10, 10) mm)", "slab(40 mm)").replace(
     "beam6dof(segments = 2)", "fem(hex8, strain = small, size = 10 mm)"
 )
 THEIRS = HEAD.replace('{"metrics": {"sway": "Sway"}}', '{"adapters": {"theirs": "PROGRAM"}}') + (
-    "from softmark.interpreter.models.outside.adapters import Program\n"
+    "from softmark.interpreter.models.external.adapters import Program\n"
     'PROGRAM = Program("Theirs", ("hex8",), {"small": ("linear_elastic",)})\n'
     'install, refuses, write, command, read = "by hand", print, print, print, print\n'
     'def version():\n    return "1"\n'
@@ -281,7 +281,7 @@ TWIST = (
     )
     + '''
 from typing import Any
-from softmark.interpreter.vocabulary.loads import Load, Turning
+from softmark.interpreter.vocabulary.load_words import Load, Turning
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import pytest
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.report.files.files import write_vtu
-from softmark.interpreter.results.report import ModelResult, Report
+from softmark.interpreter.report.files.report_files import write_vtu
+from softmark.interpreter.results.run_report import ModelResult, Report
 from softmark.solvers.materials.biphasic import Biphasic
 
 HEAD = """
@@ -169,7 +169,7 @@ def test_a_wrong_flow_is_found(wrong: str, monkeypatch: pytest.MonkeyPatch) -> N
         known = Biphasic.permeable
         monkeypatch.setattr(Biphasic, "permeable", lambda self, J: 1.1 * known(self, J))
     else:
-        from softmark.solvers.energies.seeping import Seeping
+        from softmark.solvers.energies.poroelastic import Seeping
 
         flow = Seeping._pulled
         monkeypatch.setattr(Seeping, "_pulled", lambda self, x: 1.1 * flow(self, x))

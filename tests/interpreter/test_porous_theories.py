@@ -8,8 +8,8 @@ import pytest
 from told import problem, refused
 
 import softmark
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.theories import at_rest_of, solved
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.problem.theory_problems import at_rest_of, solved
 
 BOX = """
 material soil  = biphasic(linear_elastic(young = 1 MPa, poisson = 0.2, density = 1000 kg/m^3),
@@ -208,7 +208,7 @@ def test_theories_and_fluid_belong_together() -> None:
 def test_large_strain_is_a_doubt() -> None:
     """10 % by its load: small strain says it, and the number beside it is marked."""
     scene = softmark.loads("softmark 1\n" + BOX.replace("(0, 0, -1) kPa", "(0, 0, -111) kPa")).scene
-    from softmark.interpreter.problem.theories import doubt_of_theory
+    from softmark.interpreter.problem.theory_problems import doubt_of_theory
 
     declared, case = scene.declared["told"], case_of(scene, "plug")
     assert "9.99 %" in doubt_of_theory(declared, solved(declared, case))

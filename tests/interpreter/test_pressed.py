@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from softmark import loads
-from softmark.interpreter.models.shared import pressing
-from softmark.interpreter.problem.case import Touch
-from softmark.interpreter.results.report import Report
+from softmark.interpreter.models.shared import force_driven_rigid_bodies
+from softmark.interpreter.problem.body_case import Touch
+from softmark.interpreter.results.run_report import Report
 
 AXIAL = """softmark 1
 scene "a ball on a pad"
@@ -106,12 +106,12 @@ def test_what_nothing_stops_is_no_answer(where: tuple[str, str]) -> None:
 
 def test_a_force_that_is_wrong_by_a_thousandth_is_found_by_other_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is borne is held against the loads of the scene, read once more."""
-    right = pressing.force_on
+    right = force_driven_rigid_bodies.force_on
 
     def wrong(touch: Touch) -> float:
         return 1.001 * right(touch)
 
-    monkeypatch.setattr(pressing, "force_on", wrong)
+    monkeypatch.setattr(force_driven_rigid_bodies, "force_on", wrong)
     text = re.sub(r"static\(.*\)", "static()", SOLID).format(guide=GUIDE, friction="")
     found = solved(text + PRESSED.format(at="(11, 10, 5)", vector="(0, 0, -20)").replace(", course = state", ""))
     assert found.models["cubes"].status == "failed"

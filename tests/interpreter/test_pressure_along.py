@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from softmark import loads
-from softmark.interpreter.evidence.contact_limits import limitless_pressure
-from softmark.interpreter.language.scene import SceneError
+from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.metrics.pressure_along import PressureAlong
-from softmark.interpreter.plan.stability import judges
-from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.planning.robustness_plan import judges
+from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
-from softmark.interpreter.problem.theories import solved
-from softmark.interpreter.report.run.html import render
-from softmark.solvers.mesh.instruments import Punch, RoundedBox
-from softmark.solvers.mesh.revolved import Cone
+from softmark.interpreter.problem.theory_problems import solved
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
+from softmark.solvers.mesh.revolved_bodies import Cone
+from softmark.solvers.mesh.rigid_shapes import Punch, RoundedBox
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import softmark
+from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
 from softmark.interpreter.metrics.measurement import Known, Seen
-from softmark.interpreter.metrics.strain_energy_norm import StrainEnergyNorm
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.points import _volume, held_face
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.problem.probe_points import _volume, held_face
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.mesh.shapes import Box
 

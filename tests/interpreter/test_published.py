@@ -75,7 +75,7 @@ def test_the_mesh_holds_less_than_the_cylinder(report: softmark.Report) -> None:
     probe = report.models["corot_hex"].probes["points"]
     assert len(probe.points) == 5740  # nodes of cylinder_Hexa.msh (REFERENCES, section 1.1)
     cylinder = np.pi * 0.019**2 * 0.178
-    from softmark.references.data import here
+    from softmark.references.data_download import here
     from softmark.solvers.mesh.shapes import MeshFile
 
     mesh = MeshFile(str(here("silicone-beam/cylinder_Hexa.msh")), 1.0).mesh("hex8", 0.0)

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.dictionary import ranges
-from softmark.interpreter.dictionary.words import page
+from softmark.interpreter.help import validity_ranges
+from softmark.interpreter.help.word_pages import page
 
 EDGES = [
     {"model": "tets", "quantity": "nu", "direction": "up", "last_right": 0.4, "first_wrong": 0.49,
@@ -35,7 +35,7 @@ STRESS: dict[str, Any] = {
 
 
 def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
-    found = ranges.ranges_of(STRESS, {"tets": "fem"}, 60.0)
+    found = validity_ranges.ranges_of(STRESS, {"tets": "fem"}, 60.0)
     assert found["models"][0]["ranges"] == [
         {"quantity": "nu", "choice": False, "right": ["0.3", "0.4"],
          "beyond": {"up": "inaccurate as stated from 0.49"}},
@@ -43,7 +43,7 @@ def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
         {"quantity": "kind", "choice": True, "right": ["tet10", "hex8"],
          "beyond": {"up": "inaccurate as stated with tet4"}},
     ]  # fmt: skip
-    assert [ranges._words(r) for r in found["models"][0]["ranges"]] == [
+    assert [validity_ranges._words(r) for r in found["models"][0]["ranges"]] == [
         "right from 0.3 to 0.4; above: inaccurate as stated from 0.49",
         "right at 10\u00a0m; below: not converged from 1\u00a0m",
         "right with tet10, hex8; inaccurate as stated with tet4",
@@ -52,16 +52,16 @@ def test_ranges_say_where_a_model_is_right_and_what_comes_beyond() -> None:
 
 @pytest.mark.parametrize("model", ["fem", "beam6dof", "mass_spring", "modal", "between", "rigid", "pressed_layer"])
 def test_the_page_of_a_model_shows_its_measured_range(model: str) -> None:
-    measured = ranges.lines(model)
+    measured = validity_ranges.lines(model)
     assert measured
     assert "\n".join(measured) in (page(model) or "")
     assert any("right" in line for line in measured)
 
 
 def test_what_was_not_measured_shows_no_range() -> None:
-    assert ranges.lines("gravity") == []
+    assert validity_ranges.lines("gravity") == []
 
 
 def test_a_study_of_other_words_is_not_on_the_page_of_its_models() -> None:
-    assert "layer of gel" in "\n".join(ranges.lines("between"))
-    assert "layer of gel" not in "\n".join(ranges.lines("fem"))
+    assert "layer of gel" in "\n".join(validity_ranges.lines("between"))
+    assert "layer of gel" not in "\n".join(validity_ranges.lines("fem"))

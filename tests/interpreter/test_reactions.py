@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.fem.build import PreparedSolid
-from softmark.interpreter.models.shared.prepared import Solution, Workshop
-from softmark.interpreter.problem.case import case_for
-from softmark.interpreter.report.run import html, terminal
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
+from softmark.interpreter.problem.body_case import case_for
+from softmark.interpreter.report.run import report_page, report_terminal
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import RodSection
 from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
-from softmark.solvers.statics.balance import unrounded
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.residual_resultant import unrounded
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 BEAM = """softmark 1
 scene "held"
@@ -171,11 +171,11 @@ def test_reactions_that_other_formulas_do_not_find_are_no_answer(tampered: Any) 
 
 
 def test_reports_have_a_table_of_supports_and_a_line(held: softmark.Report) -> None:
-    page = html.render(held)
+    page = report_page.render(held)
     assert '<h2 id="supports-heading">Supports</h2>' in page
     assert "(0, 0, 419.87) mN" in page
     assert "mN\N{MIDDLE DOT}m" in page
-    assert "wall carries 420 mN in 8 models" in terminal.table(held, terminal=False)
+    assert "wall carries 420 mN in 8 models" in report_terminal.table(held, terminal=False)
 
 
 def test_a_motion_says_that_it_has_no_reactions() -> None:
@@ -185,7 +185,7 @@ def test_a_motion_says_that_it_has_no_reactions() -> None:
     wall = reactions(report, "tet")["wall"]
     assert wall["force"] is None
     assert "a motion" in wall["reason"]
-    assert 'id="supports-heading"' not in html.render(report)
+    assert 'id="supports-heading"' not in report_page.render(report)
 
 
 @pytest.mark.parametrize("first", [0, 1])

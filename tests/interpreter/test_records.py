@@ -6,16 +6,16 @@ import json
 from dataclasses import replace
 
 import softmark
-from softmark.interpreter.report.run.families import scene_poisson
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.view3d.camera import upward
-from softmark.interpreter.results.report import Report
-from softmark.interpreter.results.stated import StatedError
-from softmark.interpreter.run.environment import describe
-from softmark.interpreter.run.names import names_of
-from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask, TruthAsked
-from softmark.interpreter.study.stability.record import StressChoice, StressEdge, StressPoint
-from softmark.interpreter.study.stability.truth import LeanOutcome, lean
+from softmark.interpreter.pipeline.run_environment import describe
+from softmark.interpreter.pipeline.scene_declarations import names_of
+from softmark.interpreter.report.run.model_families import scene_poisson
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.view3d.view_camera import upward
+from softmark.interpreter.results.error_statements import StatedError
+from softmark.interpreter.results.run_report import Report
+from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask, TruthAsked
+from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, lean
+from softmark.interpreter.study.robustness.robustness_record import StressChoice, StressEdge, StressPoint
 
 TEXT = """
 param    nu     = 0.3

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.evidence.error_estimate import LEFT
-from softmark.interpreter.evidence.kinds.reductions import DOUBTFUL, LARGEST
+from softmark.interpreter.verification.by_model.reduced_verifier import DOUBTFUL, LARGEST
+from softmark.interpreter.verification.error_estimate import LEFT
 
 QUICK = (0, 1, 2, 3)
 SCENES = 60

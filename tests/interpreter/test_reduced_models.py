@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.reduced import words
-from softmark.interpreter.models.reduced.equations import PreparedReduced
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.results.report import ModelResult, Report
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.reduced import reduced_declaration
+from softmark.interpreter.models.reduced.reduced_builder import PreparedReduced
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.results.run_report import ModelResult, Report
 
 BEAM = """
 param    pull   = 20 m/s^2
@@ -306,4 +306,4 @@ def test_words_for_the_plan() -> None:
     assert scene.declared["m"].thing.outline(case) == (
         "`full` reduced to 20 vibration modes with their derivatives and its linear responses, cells sampled"
     )
-    assert words.PARTS[-1] == 1.0
+    assert reduced_declaration.PARTS[-1] == 1.0

@@ -18,13 +18,13 @@ import softmark
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.metrics.probe_samples import ProbeSamples, shares_of
 from softmark.interpreter.metrics.stress import Stress
-from softmark.interpreter.models.shared import regions
-from softmark.interpreter.models.shared.regions import Owners
-from softmark.interpreter.problem.case import case_of
-from softmark.interpreter.problem.points import place_of
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run
-from softmark.solvers.stresses.measures import Sides, Tensors
+from softmark.interpreter.models.shared import region_cells
+from softmark.interpreter.models.shared.region_cells import Owners
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run
+from softmark.interpreter.problem.body_case import case_of
+from softmark.interpreter.problem.probe_points import place_of
+from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
 
 LIBRARY = Path(softmark.__file__).parents[2] / "stdlib-scenes"
 
@@ -149,7 +149,7 @@ def test_a_region_stands_where_a_condition_does() -> None:
 
 def test_cells_of_the_wrong_part_are_found_by_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
     """The watchdog looks for itself where cells lie: a solver that mixes parts up has no answer."""
-    right = regions._found
+    right = region_cells._found
 
     def wrong(case: Any, mesh: Any) -> Owners:
         found = right(case, mesh)
@@ -157,7 +157,7 @@ def test_cells_of_the_wrong_part_are_found_by_the_watchdog(monkeypatch: pytest.M
         cells[np.flatnonzero(cells == 1)[:1]] = 0
         return replace(found, cells=cells)
 
-    monkeypatch.setattr(regions, "_found", wrong)
+    monkeypatch.setattr(region_cells, "_found", wrong)
     model = softmark.loads(chain("hex8, strain = small, size = 5 mm")).run().models["m"]
     assert model.status == "failed"
     assert "do not balance" in (model.message or "")
@@ -232,7 +232,7 @@ def test_a_scene_without_regions_loads_none_of_this() -> None:
         line for line in chain("hex8, strain = small, size = 5 mm").splitlines()
         if not line.startswith(("region", "material stiff"))
     )  # fmt: skip
-    words = {"interpreter.vocabulary.regions", "interpreter.language.region_names"}
+    words = {"interpreter.vocabulary.region_words", "interpreter.language.region_references"}
     assert {m for m in loaded_by(scene) if "region" in m} <= words
 
 

@@ -15,8 +15,8 @@ import pytest
 from browser import TIMED, browse, needs_chromium, noted
 
 import softmark
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.results.report import Report, SeenSurface
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.results.run_report import Report, SeenSurface
 
 
 @pytest.fixture(scope="module")

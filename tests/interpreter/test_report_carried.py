@@ -19,12 +19,12 @@ from browser import TIMED, browse, needs_chromium, noted
 from tubes import tube
 
 import softmark
-from softmark.interpreter.report.page.document import part
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.view3d.carried import scale_over
-from softmark.interpreter.report.view3d.surfaces import thinned
-from softmark.interpreter.results.report import CarriedNumber, ModelResult, ReferenceResult, Report, SeenSurface
-from softmark.interpreter.run.reports import MOST
+from softmark.interpreter.pipeline.report_assembly import MOST
+from softmark.interpreter.report.page.html_document import part
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.view3d.compact_surfaces import thinned
+from softmark.interpreter.report.view3d.surface_fields import scale_over
+from softmark.interpreter.results.run_report import CarriedNumber, ModelResult, ReferenceResult, Report, SeenSurface
 
 NONE = "only finite elements and beams have a stress at every point"
 
@@ -104,11 +104,11 @@ def test_nothing_is_imported_that_no_metric_asks_for() -> None:
     text = SCENE + "metric sag = displacement(top, along = -z)\n"
     program = f"""
 import sys, softmark
-from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.run.report_page import render
 report = softmark.loads({text!r}).run()
 render(report)
 assert all(m.shape is not None and m.shape.carried == () for m in report.models.values())
-print([m for m in sys.modules if "carried" in m and "answers" not in m or "solvers.stresses" in m])
+print([m for m in sys.modules if "carried" in m and "answers" not in m or "solvers.stress_recovery" in m])
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120)
     assert done.stdout.strip() == "[]"

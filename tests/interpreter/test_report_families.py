@@ -12,17 +12,17 @@ import pytest
 from scene_names import names_in
 
 import softmark
-from softmark.interpreter.language.amounts import negligible, own_error
-from softmark.interpreter.problem.case import case_for
-from softmark.interpreter.report.run.bodies import bodies
-from softmark.interpreter.report.run.families import by_poisson, by_size
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.tables.probes import drawn_first, looks
-from softmark.interpreter.report.run.terminal import WIDE, table
-from softmark.interpreter.report.view3d.camera import letters, upward, view_of
-from softmark.interpreter.report.view3d.still import axes_of, frame_of
-from softmark.interpreter.results.report import (
+from softmark.interpreter.language.number_formatting import negligible, own_error
+from softmark.interpreter.problem.body_case import case_for
+from softmark.interpreter.report.run.model_families import by_poisson, by_size
+from softmark.interpreter.report.run.report_bodies import bodies
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_terminal import WIDE, table
+from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.report.view3d.still_picture import axes_of, frame_of
+from softmark.interpreter.report.view3d.view_camera import letters, upward, view_of
+from softmark.interpreter.results.run_report import (
     MetricResult,
     ModelKind,
     ModelResult,

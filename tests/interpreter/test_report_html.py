@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from scene_names import names_in
 
-from softmark.interpreter.report.inline.run import inline
-from softmark.interpreter.report.inline.shell import LARGEST
-from softmark.interpreter.report.page.document import POLICY
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.tables.provenance import command
-from softmark.interpreter.results.report import (
+from softmark.interpreter.report.notebook.box_frame import LARGEST
+from softmark.interpreter.report.notebook.report_box import inline
+from softmark.interpreter.report.page.html_document import POLICY
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.provenance_table import command
+from softmark.interpreter.results.run_report import (
     ExpectationResult,
     MetricResult,
     ModelResult,

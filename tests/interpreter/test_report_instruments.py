@@ -14,15 +14,15 @@ import pytest
 from browser import TIMED, browse, needs_chromium, noted
 
 import softmark
-from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.pipeline.rigid_body_shapes import instruments
+from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import THICK, WIDER
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.view3d.instruments import AROUND, room_of
-from softmark.interpreter.results.report import Report, SeenSurface
-from softmark.interpreter.results.vtk import write_vtu
-from softmark.interpreter.run.instruments import instruments
-from softmark.solvers.contact.gaps import gap_of
-from softmark.solvers.mesh.instruments import Punch, RoundedBox, Tip
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.view3d.rigid_bodies_view import AROUND, room_of
+from softmark.interpreter.results.run_report import Report, SeenSurface
+from softmark.interpreter.results.vtk_writer import write_vtu
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.mesh.rigid_shapes import Punch, RoundedBox, Tip
 
 AXIS = (0.6, 0.0, 0.8)
 ROUNDED = [Punch(0.8, 0.2, 1.5, AXIS, (0.0, -0.5, -0.6)), Punch(1.0, 0.95, 20.0), Tip(1.0, 0.3, 3.0, AXIS),

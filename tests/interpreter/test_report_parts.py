@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.language.amounts import Scale, quantity
-from softmark.interpreter.report.charts.axes import linear, logarithmic
-from softmark.interpreter.report.charts.labels import places
-from softmark.interpreter.report.files import files as disk
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.tables.listing import coloured
-from softmark.interpreter.results.report import Report
+from softmark.interpreter.language.number_formatting import Scale, quantity
+from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
+from softmark.interpreter.report.charts.curve_labels import places
+from softmark.interpreter.report.files import report_files as disk
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.tables.scene_listing import coloured
+from softmark.interpreter.results.run_report import Report
 from softmark.scenes import ROOT
 
 # ------------------------------------------------------------------ numbers

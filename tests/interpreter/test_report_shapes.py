@@ -21,18 +21,19 @@ import pytest
 from scene_names import names_in
 from tubes import tube
 
-from softmark.interpreter.report.charts.colours import VIRIDIS, viridis
-from softmark.interpreter.report.files import files as disk
-from softmark.interpreter.report.inline.run import SHAPES, inline
-from softmark.interpreter.report.page.document import part
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.html import render
+from softmark.interpreter.report.charts.viridis import VIRIDIS, viridis
+from softmark.interpreter.report.files import report_files as disk
+from softmark.interpreter.report.notebook.report_box import SHAPES, inline
+from softmark.interpreter.report.page.html_document import part
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.report_terminal import table
 from softmark.interpreter.report.run.tables.metric_details import unit_of
-from softmark.interpreter.report.run.terminal import table
-from softmark.interpreter.report.view3d import surfaces
-from softmark.interpreter.report.view3d.section import PANELS
-from softmark.interpreter.results import vtk
-from softmark.interpreter.results.report import (
+from softmark.interpreter.report.view3d import compact_surfaces
+from softmark.interpreter.report.view3d.shapes_section import PANELS
+from softmark.interpreter.results import vtk_writer
+from softmark.interpreter.results.error_statements import StatedError
+from softmark.interpreter.results.run_report import (
     ExpectationResult,
     MetricResult,
     ModelResult,
@@ -41,7 +42,6 @@ from softmark.interpreter.results.report import (
     Report,
     SeenSurface,
 )
-from softmark.interpreter.results.stated import StatedError
 from softmark.solvers.elements import ELEMENTS
 
 SCENE = """softmark 1
@@ -168,9 +168,9 @@ def test_every_figure_has_words_numbers_and_csv(page: str) -> None:
 
 def test_large_surfaces_are_thinned_and_the_page_says_so() -> None:
     fine = SeenSurface(*tube(0.02, along=600))  # 12 000 points
-    small = surfaces.fit({"fine": fine})
+    small = compact_surfaces.fit({"fine": fine})
     own = small.shapes["fine"]
-    assert 0.4 * surfaces.POINTS < len(own.position) <= surfaces.POINTS
+    assert 0.4 * compact_surfaces.POINTS < len(own.position) <= compact_surfaces.POINTS
     assert own.triangles.max() < len(own.position)
     # vertex clustering moves no point further than the diagonal of a cell, here a few mm at most
     np.testing.assert_allclose(
@@ -183,9 +183,9 @@ def test_frames_go_before_points() -> None:
     X, triangles = tube(0.02, along=200)
     frames = np.repeat(X[None], 300, axis=0)
     moving = {f"m{i}": SeenSurface(X, triangles, np.arange(300.0), frames) for i in range(3)}
-    small = surfaces.fit(moving)
+    small = compact_surfaces.fit(moving)
     kept = [s.times for s in small.shapes.values() if s.times is not None]
-    assert all(len(t) <= surfaces.FRAMES and t[0] == 0.0 and t[-1] == 299.0 for t in kept)
+    assert all(len(t) <= compact_surfaces.FRAMES and t[0] == 0.0 and t[-1] == 299.0 for t in kept)
     assert all("of 300 moments" in note for note in small.notes)
 
 
@@ -403,7 +403,7 @@ def test_meshes_are_undeformed_with_displacements(kind: str, tmp_path: Path) -> 
 
 
 def test_a_history_is_a_collection(tmp_path: Path) -> None:
-    written = vtk.write_vtu(report(replace(model("a", 0.02, 4), mesh=solid("tet4"))), tmp_path)
+    written = vtk_writer.write_vtu(report(replace(model("a", 0.02, 4), mesh=solid("tet4"))), tmp_path)
     assert all(path.is_file() for path in written)
     sets = ElementTree.parse(tmp_path / "vtu" / "a.pvd").getroot().findall("Collection/DataSet")
     assert [float(s.get("timestep", "")) for s in sets] == [0.0, 0.1, 0.2]
@@ -416,7 +416,7 @@ def test_a_history_is_a_collection(tmp_path: Path) -> None:
 
 def test_names_of_files_are_tame(tmp_path: Path) -> None:
     odd = report(model("../a b", 0.02), model("..:a?b", 0.02))
-    names = [path.name for path in vtk.write_vtu(odd, tmp_path)]
+    names = [path.name for path in vtk_writer.write_vtu(odd, tmp_path)]
     assert sorted(path.parent for path in tmp_path.rglob("*.vtu")) == [tmp_path / "vtu"] * len(names)
     assert len(set(names)) == 3  # two models and the scan
 
@@ -426,4 +426,4 @@ def test_cells_that_vtk_does_not_have(tmp_path: Path) -> None:
         points=np.zeros((5, 3)), cells=np.arange(5)[None], kind="pyramid5", displacement=np.zeros((5, 3))
     )
     with pytest.raises(ValueError, match="pyramid5"):
-        vtk.write_vtu(report(replace(model("a", 0.02), mesh=body)), tmp_path)
+        vtk_writer.write_vtu(report(replace(model("a", 0.02), mesh=body)), tmp_path)

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 import results as made
 
-from softmark.interpreter.models.results.readers import INSTEAD, READERS, read
-from softmark.interpreter.models.results.told import Told
-from softmark.references.measured import Unreadable
+from softmark.interpreter.models.imported_results.readers import INSTEAD, READERS, read
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.structured import rectangle, solid
+from softmark.solvers.mesh.structured_meshes import rectangle, solid
 
 
 def box(size: float, kind: str) -> Mesh:

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.problem.parts.surface import loaded
-from softmark.interpreter.problem.parts.true import selected
+from softmark.interpreter.language.coordinate_conditions import Condition, Term
+from softmark.interpreter.problem.surface_selection.exact_surface import selected
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.tubes import Tube
 
 Z = Term.coordinate(2)
 ALL = Condition.comparison("<=", Z, Term.constant(9.0), 1)
@@ -100,8 +100,8 @@ metric closer = displacement(skin, along = -z)
 
 def test_a_tube_is_drawn_closed_and_cut_by_its_axis() -> None:
     """The picture's skin is closed and outward, a polygon's share of the volume; half a ring lies below its middle."""
-    from softmark.interpreter.problem.parts.sections import share
-    from softmark.solvers.mesh.skin import skin_of
+    from softmark.interpreter.problem.surface_selection.section_selection import share
+    from softmark.solvers.mesh.shape_surfaces import skin_of
 
     tube = Tube(0.1, 0.01, 0.006)
     X, triangles = skin_of(tube, 128, 4)

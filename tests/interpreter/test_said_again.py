@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 import softmark
-from softmark.interpreter.language.sources import standard_name, standard_scenes
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.tables.provenance import command
-from softmark.interpreter.report.stability.page import again
-from softmark.interpreter.run.environment import describe
-from softmark.interpreter.study.stability.record import Classified, StressPoint
+from softmark.interpreter.language.scene_sources import standard_name, standard_scenes
+from softmark.interpreter.pipeline.run_environment import describe
+from softmark.interpreter.report.robustness.robustness_page import again
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.provenance_table import command
+from softmark.interpreter.study.robustness.robustness_record import Classified, StressPoint
 
 POINT = StressPoint("rod", {"L": 1.0}, Classified("right"), {"L": "1 m"})
 
@@ -28,7 +28,7 @@ def test_a_scene_of_the_library_is_repeated_by_its_name() -> None:
 def test_a_point_of_a_study_is_repeated_by_the_name() -> None:
     known = describe(softmark.load("beam-at-the-extremes").scene)
     assert known["standard"] == "beam-at-the-extremes"
-    from softmark.interpreter.report.run.tables.provenance import scene_name
+    from softmark.interpreter.report.run.tables.provenance_table import scene_name
 
     assert again(scene_name(known, "-"), POINT) == "dsl run beam-at-the-extremes -p 'L=1 m' --model rod"
 

@@ -14,7 +14,11 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.evidence.refinement import (
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.planning.run_plan import plan_of
+from softmark.interpreter.results.run_report import ReferenceResult
+from softmark.interpreter.validation.refinement_checks import uneven
+from softmark.interpreter.verification.refinement_family import (
     Family,
     Limit,
     Sampled,
@@ -23,10 +27,6 @@ from softmark.interpreter.evidence.refinement import (
     largest,
     limit,
 )
-from softmark.interpreter.front.refinements import uneven
-from softmark.interpreter.plan.plan import plan_of
-from softmark.interpreter.results.report import ReferenceResult
-from softmark.interpreter.run.pipeline import Options, run
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 Field = Callable[[np.ndarray], np.ndarray]

@@ -16,12 +16,12 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.evidence.error_estimate import DOUBTS, is_doubt
-from softmark.interpreter.run.pipeline import Options, run
-from softmark.interpreter.study.expansion.outcome import PointTask
-from softmark.interpreter.study.expansion.tasks import perform
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.study.configurations.configuration_task import perform
+from softmark.interpreter.study.configurations.task_outcome import PointTask
+from softmark.interpreter.verification.error_estimate import DOUBTS, is_doubt
 
-BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "stated.py"
+BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "error_statements.py"
 BEAM = """softmark 1
 scene "stated"
 material gel = neo_hookean(young = 60 kPa, poisson = {poisson}, density = 1070 kg/m^3)
@@ -208,7 +208,7 @@ def test_a_task_asks_for_one_model() -> None:
 
 
 def test_every_doubt_has_a_page() -> None:
-    from softmark.interpreter.dictionary.codes import pages
+    from softmark.interpreter.help.codes import pages
 
     assert {code for code in DOUBTS if code < "W5"} <= set(pages())
     assert is_doubt("W352")

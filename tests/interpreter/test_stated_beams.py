@@ -11,11 +11,11 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import softmark
-from softmark.interpreter.evidence.kinds.beams import left_out
-from softmark.interpreter.evidence.probe_answers import Unknown
-from softmark.interpreter.models.beam import ribbon
-from softmark.interpreter.models.beam.words import Beam6Dof
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.models.beam import flat_strips
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.verification.by_model.beam_verifier import left_out
+from softmark.interpreter.verification.probe_errors import Unknown
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 # By tests/benchmarks/beams.py, and ribbons on cells of their own thickness: length, depth and width (0: round), in mm;
@@ -125,7 +125,7 @@ def test_curling_against_its_differential_equation(theta: float) -> None:
     found = solve_bvp(slopes, ends, x, np.zeros((4, len(x))), tol=1e-8, max_nodes=100_000)
     assert found.success
     # tolerance: that of the solver, and the first terms of the series for narrow strips
-    assert ribbon.curling(theta) == pytest.approx(-found.sol(half)[1] / half, abs=1e-6)
+    assert flat_strips.curling(theta) == pytest.approx(-found.sol(half)[1] / half, abs=1e-6)
 
 
 def test_a_ribbon_is_doubted() -> None:

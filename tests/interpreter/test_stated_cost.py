@@ -8,8 +8,8 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.models.fem.build import PreparedSolid
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.pipeline.run_pipeline import Options, run
 
 # cells of 5 mm, and supports or parts whose borders they do not follow: both have an error of their own
 HELD = """

@@ -15,11 +15,11 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.evidence import orders
-from softmark.interpreter.evidence.budget import Budget, Overspent
-from softmark.interpreter.evidence.probe_answers import Unknown
-from softmark.interpreter.results.report import Timing
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run
+from softmark.interpreter.results.run_report import Timing
+from softmark.interpreter.verification import grid_convergence
+from softmark.interpreter.verification.estimation_budget import Budget, Overspent
+from softmark.interpreter.verification.probe_errors import Unknown
 from softmark.solvers.elements import ELEMENTS
 
 BEAM = """
@@ -153,12 +153,16 @@ def test_indices_of_three_grids_hold_the_error_of_power_laws() -> None:
     """u = 1 + h^p on h = 1, 2, 4: at least h^p, and near theory no more than 1.25 times it."""
     for p in (0.6, 1.0, 1.5, 2.0, 2.4, 3.0):
         near, far = 2**p - 1, 4**p - 2**p
-        found = orders.index(near, 2.0, 2.0, far)
+        found = grid_convergence.index(near, 2.0, 2.0, far)
         assert found >= 1.0 - 1e-12
         if p == 2.0:
             assert found == pytest.approx(1.25)
-    assert orders.index(0.1, 2.0, 2.0) == pytest.approx(0.1)  # Roache (1994): a factor of 3 on 0.1 / (2^2 - 1)
-    assert orders.index(1e-9, 2.0, 2.0, 0.4) == pytest.approx(0.1)  # two grids that agree by chance: the third tells
+    assert grid_convergence.index(0.1, 2.0, 2.0) == pytest.approx(
+        0.1
+    )  # Roache (1994): a factor of 3 on 0.1 / (2^2 - 1)
+    assert grid_convergence.index(1e-9, 2.0, 2.0, 0.4) == pytest.approx(
+        0.1
+    )  # two grids that agree by chance: the third tells
 
 
 SCENE = "softmark 1\n" + BEAM.format(
@@ -207,24 +211,24 @@ def test_a_finer_space_is_solved_in_what_bends_too() -> None:
 def test_a_finer_space_that_does_not_fit_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """With 10 MB left: eight-fold hexahedra take 20 (3 * 8)^2 bytes each, and coarser meshes tell instead."""
     from softmark import resource_limits as memory
-    from softmark.solvers.mesh import refine
+    from softmark.solvers.mesh import mesh_refinement
 
     def unasked(*_: Any) -> Any:
         raise AssertionError("it was made")
 
     monkeypatch.setattr(memory, "available", lambda: 1e7)
-    monkeypatch.setattr(refine, "finer", unasked)
+    monkeypatch.setattr(mesh_refinement, "finer", unasked)
     model = asked("model m = fem(hex8, strain = finite, size = 2.5 mm)", fine="size = 5 mm").models["m"]
     assert model.stated["sag"].parts["discretisation"] > 0.0
     assert finer_needs(256) == pytest.approx(20.0 * 8 * 256 * 24**2)
-    monkeypatch.setattr("softmark.interpreter.evidence.kinds.solids.from_coarser", _nothing)
+    monkeypatch.setattr("softmark.interpreter.verification.by_model.solid_verifier.from_coarser", _nothing)
     model = asked("model m = fem(hex8, strain = finite, size = 2.5 mm)", fine="size = 5 mm").models["m"]
     assert "a finer space would take about 0.024 GB of memory, and 0.01 GB are free" in model.stated["sag"].reason
 
 
 def finer_needs(cells: int) -> float:
     """Of a box of 16 x 4 x 4 hexahedra."""
-    from softmark.solvers.mesh.refine import needs
+    from softmark.solvers.mesh.mesh_refinement import needs
     from softmark.solvers.mesh.shapes import Box
 
     mesh = Box((0.04, 0.01, 0.01)).mesh("hex8", 0.0025)
@@ -263,14 +267,14 @@ def test_plane_cells_that_keep_their_volume_have_one() -> None:
 def test_iterations_on_a_finer_space_end_when_its_displacements_do(monkeypatch: pytest.MonkeyPatch) -> None:
     """A beam whose error is one of bending, and whose energy one of volumes: 4 times the way to go were left when the
     energy grew no more. What is stated is that of a factor to a fifth."""
-    from softmark.solvers.statics import enriched
+    from softmark.solvers.statics import finer_space_solve
 
     scene = softmark.loads(FLAT.format(
         corners="(40, 0, 0) mm, (40, 10, 0)", held="x <= 0 mm", begin="(0, 5, 0)", end="(40, 5, 0)",
         model="quad4, formulation = mean_dilatation", load="gravity(0.3 m/s^2, direction = -y)"))  # fmt: skip
     said = []
-    for most in (enriched.SMALL, 100):
-        monkeypatch.setattr(enriched, "SMALL", most)
+    for most in (finer_space_solve.SMALL, 100):
+        monkeypatch.setattr(finer_space_solve, "SMALL", most)
         report = run(scene.scene, list(scene.warnings), Options(draw=False, stated=("m",)))
         said.append(report.models["m"].stated["eta"].parts["discretisation"])
     assert said[1] == pytest.approx(said[0], rel=0.2)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import softmark
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.pipeline.run_pipeline import Options, run
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import closed_forms

@@ -18,14 +18,14 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.language.compile import recompiled
-from softmark.interpreter.language.overrides import read_one
-from softmark.interpreter.language.states import in_state, states_of
-from softmark.interpreter.report.run import html, terminal
-from softmark.interpreter.results.vtk import write_vtu
-from softmark.interpreter.run.options import Options, Sound
-from softmark.interpreter.run.pipeline import report_of
+from softmark.interpreter.language.compiler import recompiled
+from softmark.interpreter.language.parameter_overrides import read_one
+from softmark.interpreter.language.scene_states import in_state, states_of
+from softmark.interpreter.pipeline.run_options import Options, Sound
+from softmark.interpreter.pipeline.run_pipeline import report_of
+from softmark.interpreter.report.run import report_page, report_terminal
+from softmark.interpreter.results.vtk_writer import write_vtu
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 STATES = (0.1, 0.4, 1.0)
 BAR = """
@@ -206,8 +206,8 @@ def test_what_comes_before_a_state_without_an_answer_stays(tmp_path: Path) -> No
     assert (broken.passed, broken.states) == (False, (False, True, None, None))
     assert report.exit_status == 3
     assert json.loads(report.dumps())["models"]["hexes"]["states"][1]["metrics"]["resist"]["value"] == values[1]
-    assert "2.969" in terminal.table(report, False)
-    assert "states-0" in html.render(report)
+    assert "2.969" in report_terminal.table(report, False)
+    assert "states-0" in report_page.render(report)
     assert [f.name for f in write_vtu(report, tmp_path)][:3] == ["hexes.pvd", "hexes-0000.vtu", "hexes-0001.vtu"]
 
 
@@ -220,7 +220,7 @@ def test_curves_of_a_scene_without_probes_are_drawn_at_first() -> None:
         "analysis pull = static(states = [50, 100] %)\nmodel cubes = fem(hex8, strain = small, size = 10 mm)\n"
         "metric resist = force(grip, along = +x)\n"
     ).run()
-    boxes = re.findall(r'<input[^>]*value="k0"[^>]*>', html.render(report))
+    boxes = re.findall(r'<input[^>]*value="k0"[^>]*>', report_page.render(report))
     assert boxes
     assert all(" checked" in box for box in boxes)
 
@@ -277,7 +277,7 @@ def test_the_report_has_every_state(report: softmark.Report) -> None:
     assert [own["state"] for own in data["states"]] == list(STATES)
     pulls = [{"state": own["state"], "value": own["metrics"]["pull"]["value"]} for own in data["states"]]
     assert data["metrics"]["pull"]["states"] == pulls  # the contract's pairs
-    page, lines = html.render(report), terminal.table(report, False)
+    page, lines = report_page.render(report), report_terminal.table(report, False)
     assert 'id="states"' in page
     assert page.count('id="states-') >= len(report.models["finite"].metrics)
     assert '"labels": ["10 %", "40 %", "100 %"]' in page
@@ -324,8 +324,8 @@ def _override(text: str) -> Any:
 
 def test_a_scene_without_states_pays_nothing() -> None:
     """One run of the scene itself, and no word of states in its report."""
-    from softmark.interpreter.plan.plan import plan_of
-    from softmark.interpreter.run.answers import works_of
+    from softmark.interpreter.pipeline.run_state import works_of
+    from softmark.interpreter.planning.run_plan import plan_of
 
     own = softmark.loads(ROD.format(g=9.81, course=""))
     (work,) = works_of(own.scene, plan_of(own.scene), Options(), [])
@@ -352,7 +352,7 @@ def test_more_states_than_a_run_can_hold_are_refused() -> None:
 
 def test_a_verdict_of_states_reads_as_one(report: softmark.Report) -> None:
     """It said `found 3 N not in the state 100 %`, as if the number had been looked for there."""
-    assert "; not met in the state 100 %)" in terminal.table(report, False)
+    assert "; not met in the state 100 %)" in report_terminal.table(report, False)
 
 
 def test_a_scene_without_states_says_that_it_has_no_curves() -> None:
@@ -384,16 +384,16 @@ metric    miss = curve_error(hold, over = gone, against = rig)
 
 def test_states_hold_their_pattern_and_their_cells_once() -> None:
     """Of 9 states of 1 500 nodes each held 6 MB more, of which 5 are the same in all: memory grew by them."""
-    from softmark.interpreter.plan.plan import plan_of
-    from softmark.interpreter.run import answers, models, probes
-    from softmark.interpreter.run.options import Options
+    from softmark.interpreter.pipeline import model_runs, probe_sampling, run_state
+    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.planning.run_plan import plan_of
 
     bar = BAR.format(by=20, side=100, course=", course = state")
     scene = softmark.loads(bar + ANALYSIS + "model hexes = fem(hex8, strain = finite, size = 5 mm)\n").scene
-    works = answers.works_of(scene, plan_of(scene, ("hexes",)), Options(draw=False), [])
+    works = run_state.works_of(scene, plan_of(scene, ("hexes",)), Options(draw=False), [])
     for work in works:
-        probes.place(work)
-        models.prepare(work)
+        probe_sampling.place(work)
+        model_runs.prepare(work)
     assemblies = [work.prepared["hexes"][0].problem.assembly for work in works]  # type: ignore[attr-defined]
     assert len({id(a.pattern) for a in assemblies}) == 1
     assert len({id(a) for a in assemblies}) == len(works)

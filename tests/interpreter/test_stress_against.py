@@ -12,10 +12,10 @@ import pytest
 import softmark
 from softmark.interpreter.metrics.probe_samples import ProbeSamples
 from softmark.interpreter.metrics.stress import Stress
-from softmark.interpreter.plan.stability import judges
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run as pipeline
-from softmark.solvers.stresses.measures import Sides, Tensors
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run as pipeline
+from softmark.interpreter.planning.robustness_plan import judges
+from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
 
 # incompressible neo-Hooke drawn to twice its length: sigma = mu (k^2 - 1 / k) = 70 kPa per deformed area, 35 kPa per
 # area at rest, E = diag(3/2, -1/4, -1/4); where strains are small 60 kPa, both measures, and diag(1, -1/2, -1/2)

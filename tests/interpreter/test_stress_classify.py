@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.study.expansion.outcome import PointOutcome, Truth
-from softmark.interpreter.study.stability.classify import classify
-from softmark.interpreter.study.stability.truth import LeanOutcome, lean, uncertainty_of
+from softmark.interpreter.study.configurations.task_outcome import PointOutcome, Truth
+from softmark.interpreter.study.robustness.point_classification import classify
+from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, lean, uncertainty_of
 
 WITHIN = 0.05
 
@@ -110,10 +110,10 @@ def test_a_truth_that_cannot_be_built_refuses_nobody() -> None:
 def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
     """The task asks the model that is taken as right what it states, and one that cannot be built is no fault."""
     import softmark
-    from softmark.interpreter.plan.stability import asked_of
-    from softmark.interpreter.study.expansion.tasks import perform
-    from softmark.interpreter.study.expansion.variations import SceneSubject
-    from softmark.interpreter.study.stability.points import Ground
+    from softmark.interpreter.planning.robustness_plan import asked_of
+    from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
+    from softmark.interpreter.study.configurations.configuration_task import perform
+    from softmark.interpreter.study.robustness.robustness_points import Ground
 
     text = """
 param    h    = 10 mm in 0.1 mm .. 100 mm
@@ -160,7 +160,7 @@ def test_uncertainty_is_relative_to_what_the_truth_moves() -> None:
 
 def theory(**replaced: str) -> tuple[float, str | None]:
     import softmark
-    from softmark.interpreter.study.stability.truth import theory_of
+    from softmark.interpreter.study.robustness.reference_trust import theory_of
 
     text = """
 param    W      = 20 mm

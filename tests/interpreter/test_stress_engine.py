@@ -13,13 +13,13 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.study.expansion.outcome import PointTask
-from softmark.interpreter.study.expansion.variations import subject_of
-from softmark.interpreter.study.stability import queue, waiting_points
-from softmark.interpreter.study.stability.queue import StabilityRequest, stress
-from softmark.interpreter.study.stability.record import Stress
-from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import JournalRefused
+from softmark.interpreter.study.configurations.configuration_expansion import subject_of
+from softmark.interpreter.study.configurations.task_outcome import PointTask
+from softmark.interpreter.study.robustness import robustness_study, task_queue
+from softmark.interpreter.study.robustness.robustness_record import Stress
+from softmark.interpreter.study.robustness.robustness_study import StabilityRequest, stress
+from softmark.interpreter.study.workers import worker_pool
+from softmark.interpreter.study.workers.task_journal import JournalRefused
 
 BEAM = """
 scene "Two rods"
@@ -63,7 +63,7 @@ for line in sys.stdin:
 
 @pytest.fixture
 def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pool, "WORKER", (sys.executable, "-c", WORKER))
+    monkeypatch.setattr(worker_pool, "WORKER", (sys.executable, "-c", WORKER))
 
 
 def found_in(folder: Path, study: str, **more: Any) -> Stress:
@@ -142,7 +142,7 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     study = "study s = stability(over = [weight.magnitude])"
-    with pytest.raises(queue.Interrupted, match=r"[345] points are in .*--resume"):
+    with pytest.raises(robustness_study.Interrupted, match=r"[345] points are in .*--resume"):
         found_in(tmp_path, study, say=interrupt)
     whole = found_in(tmp_path, study, resume=True)
     assert whole.studies == found_in(tmp_path / "other", study).studies
@@ -168,15 +168,15 @@ def test_without_a_study_every_number_is_walked(tmp_path: Path, made_up: None) -
 
 
 def test_outcomes_that_had_too_little_time_are_tried_again(tmp_path: Path) -> None:
-    from softmark.interpreter.study.workers.journal import Journal
+    from softmark.interpreter.study.workers.task_journal import Journal
 
     task, other = PointTask("a"), PointTask("b")
     with Journal.open(tmp_path) as journal:
-        journal.append(waiting_points.KIND, "a", outcome=pool.timed_out(task, 5.0).to_json())
-        journal.append(waiting_points.KIND, "b", outcome=pool.unfinished(other, "it was killed").to_json())
+        journal.append(task_queue.KIND, "a", outcome=worker_pool.timed_out(task, 5.0).to_json())
+        journal.append(task_queue.KIND, "b", outcome=worker_pool.unfinished(other, "it was killed").to_json())
 
         def known(timeout: float) -> set[str]:
-            return set(waiting_points.Desk(journal, 1, timeout, 4.0, lambda n, key: None).outcomes)
+            return set(task_queue.Desk(journal, 1, timeout, 4.0, lambda n, key: None).outcomes)
 
         assert known(5.0) == {"a"}
         assert known(6.0) == set()
@@ -185,11 +185,11 @@ def test_outcomes_that_had_too_little_time_are_tried_again(tmp_path: Path) -> No
 @pytest.mark.parametrize("damaged", [{}, {"point": []}, {"point": {"status": 1}}, {"point": {"status": "converged"},
     "references": {"theory": {"sizes": [1]}}}, {"point": {"status": "converged", "warnings": [None]}}])  # fmt: skip
 def test_a_damaged_outcome_is_computed_anew(tmp_path: Path, damaged: dict[str, Any]) -> None:
-    from softmark.interpreter.study.workers.journal import Journal
+    from softmark.interpreter.study.workers.task_journal import Journal
 
     with Journal.open(tmp_path) as journal:
-        journal.append(waiting_points.KIND, "a", outcome=damaged)
-        assert waiting_points.Desk(journal, 1, 5.0, 4.0, lambda n, key: None).outcomes == {}
+        journal.append(task_queue.KIND, "a", outcome=damaged)
+        assert task_queue.Desk(journal, 1, 5.0, 4.0, lambda n, key: None).outcomes == {}
 
 
 # ------------------------------------------------------------------ workers
@@ -199,7 +199,7 @@ def test_memory_of_a_worker_is_capped() -> None:
     """2 GiB are not to be had where 1 is allowed; the worker says so and lives."""
     code = (
         "import sys; sys.argv = ['worker', '1'];"
-        "from softmark.interpreter.study.workers.worker import _limit_memory; _limit_memory()\n"
+        "from softmark.interpreter.study.workers.worker_process import _limit_memory; _limit_memory()\n"
         "try:\n    bytearray(2 << 30)\nexcept MemoryError:\n    print('capped')"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -211,8 +211,8 @@ def test_cpu_time_is_that_of_the_process() -> None:
     """To the clock of the kernel, 10 ms, and what this process spends in between."""
     import time
 
-    assert pool.cpu_of(os.getpid()) == pytest.approx(time.process_time(), abs=0.1)
-    assert pool.cpu_of(2**22 + 1) is None, "no process has a number above the limit of the kernel"
+    assert worker_pool.cpu_of(os.getpid()) == pytest.approx(time.process_time(), abs=0.1)
+    assert worker_pool.cpu_of(2**22 + 1) is None, "no process has a number above the limit of the kernel"
 
 
 # ------------------------------------------------------------------ the command

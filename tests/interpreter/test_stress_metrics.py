@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.report.files.files import write_vtu
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run as pipeline
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run as pipeline
+from softmark.interpreter.report.files.report_files import write_vtu
 
 BAR = """softmark 1
 material gel   = linear_elastic(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.plan.quantities import WalkedQuantity
-from softmark.interpreter.report.inline.stability import inline
-from softmark.interpreter.report.page.document import POLICY
-from softmark.interpreter.report.stability.page import again, page
-from softmark.interpreter.report.stability.view import ruler, shown, told
-from softmark.interpreter.study.stability.record import Stress, StressPoint
+from softmark.interpreter.planning.varied_quantities import WalkedQuantity
+from softmark.interpreter.report.notebook.robustness_box import inline
+from softmark.interpreter.report.page.html_document import POLICY
+from softmark.interpreter.report.robustness.robustness_page import again, page
+from softmark.interpreter.report.robustness.robustness_view import ruler, shown, told
+from softmark.interpreter.study.robustness.robustness_record import Stress, StressPoint
 
 Json = dict[str, Any]
 Parsed = Callable[[str], Any]  # reads a page: conftest.py

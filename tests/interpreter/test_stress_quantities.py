@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 
 import softmark
-from softmark.interpreter.front.check import varied
-from softmark.interpreter.language.overrides import read_one
-from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.plan.quantities import Unwalkable, WalkedQuantity, quantity_of, usual
-from softmark.interpreter.plan.stability import asked_of
-from softmark.interpreter.plan.sweeps import value_in
-from softmark.interpreter.study.expansion.tasks import perform
-from softmark.interpreter.study.expansion.variations import subject_of
-from softmark.interpreter.study.stability.points import Ground
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.parameter_overrides import read_one
+from softmark.interpreter.planning.robustness_plan import asked_of
+from softmark.interpreter.planning.sweep_expansion import value_in
+from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, usual
+from softmark.interpreter.study.configurations.configuration_expansion import subject_of
+from softmark.interpreter.study.configurations.configuration_task import perform
+from softmark.interpreter.study.robustness.robustness_points import Ground
+from softmark.interpreter.validation.scene_checks import varied
 
 BEAM = """
 param    L      = 178 mm in 100 mm .. 400 mm

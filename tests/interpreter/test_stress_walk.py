@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
-from softmark.interpreter.plan import ladder
-from softmark.interpreter.plan.ladder import Ladder
-from softmark.interpreter.plan.walks import Edge, PointClass, Until, Walk
+from softmark.interpreter.planning import parameter_scale
+from softmark.interpreter.planning.parameter_scale import Ladder
+from softmark.interpreter.planning.parameter_walk import Edge, PointClass, Until, Walk
 
 Model = Callable[[float], str]  # a value -> the class of the point there
 
@@ -26,7 +26,7 @@ def walked(way: Ladder, model: Model, until: Until = "failure") -> tuple[Walk, l
 
 
 def up(nominal: float, limit: float) -> Ladder:
-    found = ladder.multiplied(nominal, limit, "up" if abs(limit) > abs(nominal) else "down")
+    found = parameter_scale.multiplied(nominal, limit, "up" if abs(limit) > abs(nominal) else "down")
     assert found is not None
     return found
 
@@ -43,7 +43,7 @@ def test_factors_go_by_decades_and_end_at_the_limit() -> None:
 def test_a_short_way_has_three_rungs() -> None:
     """1 to 4: by the cube root of 4, 1.5874, to six digits."""
     assert [up(1.0, 4.0).at(t) for t in up(1.0, 4.0).rungs] == [1.5874, 2.51984, 4.0]
-    assert ladder.multiplied(2.0, 2.0, "up") is None
+    assert parameter_scale.multiplied(2.0, 2.0, "up") is None
 
 
 def test_negative_numbers_stay_negative() -> None:
@@ -51,7 +51,7 @@ def test_negative_numbers_stay_negative() -> None:
 
 
 def test_poisson_goes_by_decades_of_what_is_missing_and_to_one_half_itself() -> None:
-    way = ladder.closing(0.3)
+    way = parameter_scale.closing(0.3)
     assert way is not None
     values = [way.at(t) for t in way.rungs]
     assert [0.5 - v for v in values[:-1]] == pytest.approx([10.0**-k for k in range(1, 10)], rel=1e-6)
@@ -60,21 +60,21 @@ def test_poisson_goes_by_decades_of_what_is_missing_and_to_one_half_itself() -> 
 
 
 def test_poisson_in_a_range_ends_at_its_end() -> None:
-    way = ladder.closing(0.49, 0.49999)
+    way = parameter_scale.closing(0.49, 0.49999)
     assert way is not None
     assert [way.at(t) for t in way.rungs] == pytest.approx([0.499, 0.4999, 0.49999], abs=1e-12)
-    assert ladder.closing(0.49999, 0.49999) is None
+    assert parameter_scale.closing(0.49999, 0.49999) is None
 
 
 def test_from_zero_goes_by_decades_of_the_end() -> None:
-    way = ladder.from_zero(1e6, "up")
+    way = parameter_scale.from_zero(1e6, "up")
     assert [way.at(t) for t in (0.0, *way.rungs)] == [0.0, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]
-    assert ladder.from_zero(-3.0, "down").at(7) == -3.0
+    assert parameter_scale.from_zero(-3.0, "down").at(7) == -3.0
 
 
 def test_whole_numbers_double_and_halve() -> None:
     def values(a: int, b: int) -> list[float]:
-        way = ladder.doubled(a, b, "up" if b > a else "down")
+        way = parameter_scale.doubled(a, b, "up" if b > a else "down")
         return [] if way is None else [way.at(t) for t in way.rungs]
 
     assert values(20, 1) == [10.0, 5.0, 2.0, 1.0]
@@ -96,7 +96,7 @@ def test_an_edge_is_found_to_a_ratio_of_1_2(edge: float) -> None:
     assert found.first_wrong is not None
     low, high = way.at(found.last_right), way.at(found.first_wrong)
     assert low <= edge < high
-    assert high / low <= ladder.RATIO
+    assert high / low <= parameter_scale.RATIO
     assert found.word == "inaccurate"
     assert len(looked) <= 3 + 4, "three rungs, and four halvings of a decade to a ratio of 1.2 (2^4 > 1 / lg 1.2)"
 
@@ -112,7 +112,7 @@ def test_until_failure_goes_on_to_the_last_answer_and_finds_both_edges() -> None
     assert found.last_answer is not None
     assert found.first_silence is not None
     assert way.at(found.last_answer) <= 3e3 < way.at(found.first_silence)
-    assert way.at(found.first_silence) / way.at(found.last_answer) <= ladder.RATIO
+    assert way.at(found.first_silence) / way.at(found.last_answer) <= parameter_scale.RATIO
     assert max(looked) == 1e4, "nothing is asked of a model beyond where it has no answer"
 
 
@@ -148,7 +148,7 @@ def test_what_is_out_of_time_is_not_bisected() -> None:
 
 
 def test_whole_numbers_are_bisected_to_neighbours() -> None:
-    way = ladder.doubled(16, 1, "down")
+    way = parameter_scale.doubled(16, 1, "down")
     assert way is not None
     walk, _ = walked(way, lambda v: "right" if v >= 3 else "inaccurate")
     found = walk.edge()

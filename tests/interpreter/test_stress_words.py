@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.dictionary import ranges
-from softmark.interpreter.plan import ladder
-from softmark.interpreter.plan.quantities import WalkedQuantity
-from softmark.interpreter.plan.walks import PointClass, Walk
-from softmark.interpreter.report.stability.page import page
-from softmark.interpreter.report.stability.terminal import table
-from softmark.interpreter.study.stability.edges import choice_of, edge_of
-from softmark.interpreter.study.stability.record import Classified, Stress, StressEdge
+from softmark.interpreter.help import validity_ranges
+from softmark.interpreter.planning import parameter_scale
+from softmark.interpreter.planning.parameter_walk import PointClass, Walk
+from softmark.interpreter.planning.varied_quantities import WalkedQuantity
+from softmark.interpreter.report.robustness.robustness_page import page
+from softmark.interpreter.report.robustness.robustness_terminal import table
+from softmark.interpreter.study.robustness.robustness_record import Classified, Stress, StressEdge
+from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
 
 Json = dict[str, Any]
 POISSON = WalkedQuantity("gel.poisson", "gap", 0.4, "0.4")
@@ -28,7 +28,7 @@ def classified(word: str) -> Classified:
 
 def walked(rule: Callable[[float], str]) -> list[StressEdge]:
     """The edges of a walk of Poisson's ratio from 0.4 down to 0 and up to 0.499, by the class that each value has."""
-    ways, found = (ladder.stretched(0.4, 0.0, "down"), ladder.closing(0.4, 0.499)), []
+    ways, found = (parameter_scale.stretched(0.4, 0.0, "down"), parameter_scale.closing(0.4, 0.499)), []
     for way in ways:
         assert way is not None
         walk = Walk(way, "failure", {0.0: PointClass.of(rule(0.4), "converged")})
@@ -111,7 +111,9 @@ def test_the_measured_range_of_a_model_does_not_take_the_scene_for_judged() -> N
     up = walked(lambda nu: "right" if nu > 0.41 else "unjudged")[1:]
     one = {**study(up, POISSON, {"right": 3}), "environment": {}}
     one["studies"][0]["outlines"] = {"rod": "20 segments"}
-    entry = ranges.ranges_of(one, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0]
+    entry = validity_ranges.ranges_of(one, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0]
     assert entry["right"] == ["0.499"] or "0.4" not in entry["right"]
     nothing = {**study(walked(lambda nu: "unjudged"), POISSON, NOWHERE), "environment": {}}
-    assert "not judged" in ranges._words(ranges.ranges_of(nothing, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0])
+    assert "not judged" in validity_ranges._words(
+        validity_ranges.ranges_of(nothing, {"rod": "beam6dof"}, 60.0)["models"][0]["ranges"][0]
+    )

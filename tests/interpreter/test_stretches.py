@@ -9,14 +9,14 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse import parse_expression
-from softmark.interpreter.front.catalogue import CATALOGUE
+from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language.condition_syntax import selection
-from softmark.interpreter.language.conditions import Condition
-from softmark.interpreter.language.expressions import Evaluator, Place, Quantity
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
-from softmark.interpreter.problem.parts.sections import share
-from softmark.interpreter.problem.stretches import borders, coverage, inside
+from softmark.interpreter.problem.axial_selection import borders, coverage, inside
+from softmark.interpreter.problem.surface_selection.section_selection import share
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.solvers.mesh.shapes import Box, Cylinder, transverse
 
 BOX = Box((0.2, 0.02, 0.02))

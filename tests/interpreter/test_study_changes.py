@@ -17,9 +17,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter.report.compare import changes as shown
-from softmark.interpreter.study.analysis import changes as found_by
-from softmark.interpreter.study.analysis.changes import Foreign, read
+from softmark.interpreter.report.comparison import comparison_changes as shown
+from softmark.interpreter.study.analysis import result_changes as found_by
+from softmark.interpreter.study.analysis.result_changes import Foreign, read
 
 Json = dict[str, Any]
 

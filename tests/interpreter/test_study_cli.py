@@ -11,9 +11,9 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.study.expansion import tasks
-from softmark.interpreter.study.workers import pool
-from softmark.interpreter.study.workers.journal import JournalRefused
+from softmark.interpreter.study.configurations import configuration_task
+from softmark.interpreter.study.workers import worker_pool
+from softmark.interpreter.study.workers.task_journal import JournalRefused
 
 BEAM = """
 scene "A rod and its segments"
@@ -39,7 +39,9 @@ expect rod.eta < 0.1 %
 def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     # the lock of this machine's timings: another comparison may hold it for long
-    monkeypatch.setattr("softmark.interpreter.study.timing.clock.lock_file", lambda: tmp_path.parent / "timing.lock")
+    monkeypatch.setattr(
+        "softmark.interpreter.study.timing.timing_rounds.lock_file", lambda: tmp_path.parent / "timing.lock"
+    )
     scene = tmp_path / "beam.scene"
     scene.write_text(BEAM, encoding="utf-8")
     return scene
@@ -156,9 +158,9 @@ def test_a_configuration_that_takes_too_long_is_tried_again_only_with_more_time(
     def staged(given: list[dict[str, Any]], jobs: int, timeout: float, started: object) -> Iterator[dict[str, Any]]:
         for task in given:
             late = task.overrides == ("n=9",) and timeout < 5
-            yield pool.timed_out(task, timeout) if late else tasks.perform(task)
+            yield worker_pool.timed_out(task, timeout) if late else configuration_task.perform(task)
 
-    monkeypatch.setattr(pool, "outcomes", staged)
+    monkeypatch.setattr(worker_pool, "outcomes", staged)
     arguments = ("beam.scene", "--vary", "n=4,9", "--model", "rod", "--repeats", "0")
     found = compared(*arguments, "--timeout", "1", status=3)
     assert [p["status"] for p in found["points"]] == ["converged", "timed_out"]
@@ -237,9 +239,9 @@ def test_a_cluster_that_does_not_answer(
     file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def nobody(address: str, wait: float) -> None:
-        raise pool.NoWorkers(f"no dask scheduler answers at {address}")
+        raise worker_pool.NoWorkers(f"no dask scheduler answers at {address}")
 
-    monkeypatch.setattr(pool, "_client", nobody)
+    monkeypatch.setattr(worker_pool, "_client", nobody)
     assert main(["compare", "beam.scene", "--cluster", "tcp://127.0.0.1:9"]) == 2
     assert "no dask scheduler answers" in capsys.readouterr().err
 

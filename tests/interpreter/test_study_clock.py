@@ -16,12 +16,12 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.study.analysis import quality
-from softmark.interpreter.study.expansion.job import THREADS, TimingJob
-from softmark.interpreter.study.timing import clock, timed
-from softmark.interpreter.study.timing.clock import one_run, timings
-from softmark.interpreter.study.timing.gauges import Gauges
-from softmark.interpreter.study.timing.phases import FUNCTIONS, METHODS, Phases, owner_of, places
+from softmark.interpreter.study.analysis import timing_quality
+from softmark.interpreter.study.configurations.timing_job import THREADS, TimingJob
+from softmark.interpreter.study.timing import timed_process, timing_rounds
+from softmark.interpreter.study.timing.os_counters import Gauges
+from softmark.interpreter.study.timing.solver_phases import FUNCTIONS, METHODS, Phases, owner_of, places
+from softmark.interpreter.study.timing.timing_rounds import one_run, timings
 
 LINUX = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="processors can be chosen on Linux only")
 TEXT = """softmark 1
@@ -46,8 +46,8 @@ def job(key: str, *overrides: str, text: str = TEXT, **more: Any) -> TimingJob:
 @pytest.fixture(autouse=True)
 def own_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A lock of this test's own, for others may be timing on this machine; no waiting for it to calm down."""
-    monkeypatch.setattr(clock, "PATIENCE", 0.0)
-    monkeypatch.setattr(clock, "lock_file", lambda: tmp_path / "lock")
+    monkeypatch.setattr(timing_rounds, "PATIENCE", 0.0)
+    monkeypatch.setattr(timing_rounds, "lock_file", lambda: tmp_path / "lock")
 
 
 @contextmanager
@@ -124,7 +124,7 @@ def test_a_run_beside_a_busy_loop_is_flagged() -> None:
     with busy(core):
         record = one_run(job("a", least_s=0.3), [core])
     assert record["status"] == "converged", record
-    assert "shared" in quality.disturbances(record)  # two on one processor: each gets half of it
+    assert "shared" in timing_quality.disturbances(record)  # two on one processor: each gets half of it
 
 
 @pytest.mark.slow
@@ -136,7 +136,7 @@ def test_disturbed_runs_are_repeated_so_often_and_no_more(monkeypatch: pytest.Mo
         made.append(job.key)
         return _record(job.key, compiled=1)
 
-    monkeypatch.setattr(clock, "one_run", disturbed)
+    monkeypatch.setattr(timing_rounds, "one_run", disturbed)
     costs = timings([job("a")], repeats=3, extra=2, phases=False)
     assert made == ["a"] * 5
     assert costs["a"] is not None
@@ -152,7 +152,7 @@ def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch
         made.append(job.key)
         return _record(job.key, elapsed_s=61.0 if job.key == "a" else 1.0)
 
-    monkeypatch.setattr(clock, "one_run", slow)
+    monkeypatch.setattr(timing_rounds, "one_run", slow)
     costs = timings([job("a"), job("b")], repeats=5, phases=False)
     assert made == ["a", "b"] * 3 + ["b"] * 2
     assert costs["a"] is not None
@@ -163,7 +163,7 @@ def test_what_takes_long_is_repeated_three_times(monkeypatch: pytest.MonkeyPatch
 
 def _record(key: str, elapsed_s: float = 1.0, compiled: int = 0) -> dict[str, Any]:
     return {
-        "key": key, "kind": "timed", "host": clock.host(), "elapsed_s": elapsed_s, "status": "converged",
+        "key": key, "kind": "timed", "host": timing_rounds.host(), "elapsed_s": elapsed_s, "status": "converged",
         "wall_s": [1.0], "cpu_s": [1.0], "setup": {"mesh": [0, 0], "set-up": [1, 1]}, "memory": {},
         "during": {"wall_s": 1.0, "compiled": compiled}, "threads": {"asked": 1},
     }  # fmt: skip
@@ -178,11 +178,11 @@ def test_what_does_not_converge_is_run_once_and_says_so() -> None:
     costs = timings([job("a", "rest.max_iterations=1", "weight.magnitude=9e4 m/s^2")], repeats=3, keep=records.append)
     assert costs == {"a": None}
     assert [r["status"] for r in records] == ["not_converged"]
-    assert quality.refusal(records)
+    assert timing_quality.refusal(records)
 
 
 def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clock, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
+    monkeypatch.setattr(timing_rounds, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
     record = one_run(job("a", timeout_s=0.5), [])
     assert record["status"] == "timed_out"
     assert record["message"] == "it was not done after 0.5 s"
@@ -200,7 +200,7 @@ def test_a_process_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 @LINUX
 def test_a_process_that_dies_has_a_message(program: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clock, "CHILD", (sys.executable, "-c", program))
+    monkeypatch.setattr(timing_rounds, "CHILD", (sys.executable, "-c", program))
     record = one_run(job("a"), [])
     assert (record["status"], record["message"]) == ("failed", message)
 
@@ -214,7 +214,7 @@ def test_an_interruption_ends_the_process_and_goes_on(monkeypatch: pytest.Monkey
             started.append(self)
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(clock, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
+    monkeypatch.setattr(timing_rounds, "CHILD", (sys.executable, "-c", "import time; time.sleep(60)"))
     monkeypatch.setattr(subprocess, "Popen", Interrupted)
     with pytest.raises(KeyboardInterrupt):
         timings([job("a")], repeats=1)
@@ -244,9 +244,9 @@ def _in_this_process(asked: dict[str, Any], **environment: str) -> dict[str, Any
     kept = {n: os.environ.get(n) for n in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1") | environment)
     try:
-        return timed._guarded(asked | {"timeout_s": 1e5})
+        return timed_process._guarded(asked | {"timeout_s": 1e5})
     finally:
-        timed.signal.alarm(0)
+        timed_process.signal.alarm(0)
         for name, value in kept.items():
             os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
 
@@ -258,7 +258,7 @@ def test_a_process_with_another_number_of_threads_refuses() -> None:
 
 
 def test_a_job_that_cannot_be_read_is_a_message() -> None:
-    done = subprocess.run(clock.CHILD, input=b"{", capture_output=True, check=True)
+    done = subprocess.run(timing_rounds.CHILD, input=b"{", capture_output=True, check=True)
     assert json.loads(done.stdout)["message"].startswith("the job cannot be read")
     assert b"Traceback" not in done.stderr
 
@@ -270,11 +270,11 @@ def test_a_second_comparison_waits_for_the_first() -> None:
     said, free = [], threading.Event()
 
     def wait() -> None:
-        with clock.exclusive(lambda what, detail: said.append(detail)):
+        with timing_rounds.exclusive(lambda what, detail: said.append(detail)):
             free.set()
 
     other = threading.Thread(target=wait)
-    with clock.exclusive():
+    with timing_rounds.exclusive():
         other.start()
         assert not free.wait(0.2)
     assert free.wait(10)
@@ -319,15 +319,17 @@ def test_phases_of_a_solid_are_mostly_tangents_and_factors() -> None:
 
 def test_the_time_of_output_is_that_of_the_file_of_the_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once a mesh that came without its model was passed over: the time was that of making an empty folder."""
-    from softmark.interpreter.models.prepare import prepared_model
-    from softmark.interpreter.models.shared.prepared import Workshop
-    from softmark.interpreter.results import vtk
+    from softmark.interpreter.models.model_preparation import prepared_model
+    from softmark.interpreter.models.shared.prepared_model import Workshop
+    from softmark.interpreter.results import vtk_writer
 
-    own, files = vtk.write_vtu, []
-    monkeypatch.setattr(vtk, "write_vtu", lambda report, folder: files.append([f.name for f in own(report, folder)]))
-    scene, declared, case = timed._scene(job("a", model="cells"))
+    own, files = vtk_writer.write_vtu, []
+    monkeypatch.setattr(
+        vtk_writer, "write_vtu", lambda report, folder: files.append([f.name for f in own(report, folder)])
+    )
+    scene, declared, case = timed_process._scene(job("a", model="cells"))
     prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
-    assert timed._written(job("a", model="cells"), prepared.solve(lambda i: None)) is not None
+    assert timed_process._written(job("a", model="cells"), prepared.solve(lambda i: None)) is not None
     assert files == [["cells.vtu"], ["cells.vtu"]]
 
 
@@ -335,11 +337,11 @@ def test_phases_sum_to_the_whole_and_no_clock_stays_behind() -> None:
     """Clocks that nest stop each other: what they count together is the CPU time of the solutions, within 2 %."""
     import time
 
-    from softmark.interpreter.models.prepare import prepared_model
-    from softmark.interpreter.models.shared.prepared import Workshop
+    from softmark.interpreter.models.model_preparation import prepared_model
+    from softmark.interpreter.models.shared.prepared_model import Workshop
     from softmark.solvers.linear import factorisations
 
-    scene, declared, case = timed._scene(job("a", model="cells"))
+    scene, declared, case = timed_process._scene(job("a", model="cells"))
     prepared, _ = prepared_model(declared, case, Workshop(scene=scene))
     prepared.warm()
     where = Phases()
@@ -372,10 +374,10 @@ def test_comparisons_take_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     def run(job: TimingJob, cores: object, kind: str = "timed") -> dict[str, Any]:
         order.append(job.key)
         time.sleep(0.2)
-        return {"key": job.key, "kind": kind, "host": clock.host(), "status": "failed", "message": "", "pid": 0}
+        return {"key": job.key, "kind": kind, "host": timing_rounds.host(), "status": "failed", "message": "", "pid": 0}
 
-    monkeypatch.setattr(clock, "one_run", run)
-    monkeypatch.setattr(clock.quality, "disturbances", lambda record, pace: [])
+    monkeypatch.setattr(timing_rounds, "one_run", run)
+    monkeypatch.setattr(timing_rounds.quality, "disturbances", lambda record, pace: [])
     first = threading.Thread(target=lambda: timings([job("a"), job("b"), job("c"), job("d")], repeats=1, phases=False))
     first.start()
     while not order:
@@ -391,12 +393,12 @@ def test_a_lock_that_is_never_let_go_is_waited_for_no_longer_than_its_limit(
     """Anybody may lock a file in the folder of everybody's."""
     import fcntl
 
-    monkeypatch.setattr(clock, "lock_file", lambda: tmp_path / "lock")
-    monkeypatch.setattr(clock, "LONGEST_WAIT", 0.2)
+    monkeypatch.setattr(timing_rounds, "lock_file", lambda: tmp_path / "lock")
+    monkeypatch.setattr(timing_rounds, "LONGEST_WAIT", 0.2)
     said: list[str] = []
     with (tmp_path / "lock").open("w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
-        with clock.exclusive(lambda what, detail: said.append(detail)):
+        with timing_rounds.exclusive(lambda what, detail: said.append(detail)):
             pass
     assert said[0].startswith("another comparison is timing")
     assert said[-1].endswith("timing goes on without it")

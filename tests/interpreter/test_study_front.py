@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softmark.interpreter.study.analysis import front as fronts
-from softmark.interpreter.study.analysis import lines, pairs
-from softmark.interpreter.study.analysis import point as values
-from softmark.interpreter.study.analysis.analysis import Terms
-from softmark.interpreter.study.analysis.compared import Compared
-from softmark.interpreter.study.analysis.front import (
+from softmark.interpreter.study.analysis import comparison_point as values
+from softmark.interpreter.study.analysis import configuration_pairs, refinement_lines
+from softmark.interpreter.study.analysis import pareto_front as fronts
+from softmark.interpreter.study.analysis.comparison_analysis import Terms
+from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.pareto_front import (
     Judged,
     Reached,
     best_within,
@@ -26,8 +26,8 @@ from softmark.interpreter.study.analysis.front import (
     near_round,
     pareto,
 )
-from softmark.interpreter.study.analysis.lines import RefinementLine
-from softmark.interpreter.study.expansion.outcome import SolvedReference
+from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
+from softmark.interpreter.study.configurations.task_outcome import SolvedReference
 
 Point = dict[str, Any]
 
@@ -41,16 +41,16 @@ def judge(points: list[Point], metric: str, clock: str, allow_contaminated: bool
 
 
 def lines_of(points: list[Point]) -> list[RefinementLine]:
-    return lines.lines_of(read(points))
+    return refinement_lines.lines_of(read(points))
 
 
 def distances(points: list[Point], references: dict[str, Any]) -> dict[str, Any]:
     known = {n: SolvedReference.from_json(r) for n, r in references.items()}
-    return pairs.distances(read(points), known).to_json()
+    return configuration_pairs.distances(read(points), known).to_json()
 
 
 def levers(points: list[Point], metrics: list[str], clock: str) -> list[dict[str, Any]]:
-    return [lever.to_json() for lever in pairs.levers(read(points), metrics, clock)]
+    return [lever.to_json() for lever in configuration_pairs.levers(read(points), metrics, clock)]
 
 
 def analyse(points: list[Point], references: dict[str, Any], options: dict[str, Any] | None = None) -> dict[str, Any]:

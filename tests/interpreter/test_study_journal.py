@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.study.workers.journal import LOCK, NAME, Journal, JournalRefused
+from softmark.interpreter.study.workers.task_journal import LOCK, NAME, Journal, JournalRefused
 
 
 def entry(key: str, **more: object) -> dict[str, object]:
@@ -111,7 +111,7 @@ def test_what_is_no_journal_of_ours_is_not_touched(content: str, tmp_path: Path)
 def test_one_process_at_a_time(tmp_path: Path) -> None:
     with Journal.open(tmp_path), pytest.raises(JournalRefused, match="another comparison is running"):
         Journal.open(tmp_path)
-    code = "import sys; from softmark.interpreter.study.workers.journal import *; from pathlib import Path\n"
+    code = "import sys; from softmark.interpreter.study.workers.task_journal import *; from pathlib import Path\n"
     code += "try: Journal.open(Path(sys.argv[1]))\nexcept JournalRefused: sys.exit(5)"
     command = [sys.executable, "-c", code, str(tmp_path)]
     with Journal.open(tmp_path):
@@ -122,7 +122,7 @@ def test_one_process_at_a_time(tmp_path: Path) -> None:
 
 def test_the_lock_of_a_killed_process_is_free(tmp_path: Path) -> None:
     code = (
-        "import sys, time; from softmark.interpreter.study.workers.journal import *; from pathlib import Path\n"
+        "import sys, time; from softmark.interpreter.study.workers.task_journal import *; from pathlib import Path\n"
         "j = Journal.open(Path(sys.argv[1])); print('open', flush=True); time.sleep(60)"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE)

@@ -8,12 +8,12 @@ import pytest
 
 import softmark
 from softmark.grammar.diagnostic import Source
+from softmark.interpreter.api.python_api import LoadedScene
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.face.api import LoadedScene
-from softmark.interpreter.front.load import checked
-from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.plan.sweeps import override_of, value_in
-from softmark.interpreter.vocabulary.studies import Sweep
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.planning.sweep_expansion import override_of, value_in
+from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.vocabulary.study_words import Sweep
 
 BEAM = """
 param    h      = 20 mm
@@ -73,7 +73,7 @@ def test_values_are_kept_as_texts_with_their_units(study: str, expected: list[st
     ],
 )
 def test_a_value_takes_its_place(target: str, value: str, expected: float) -> None:
-    from softmark.interpreter.front.check import varied
+    from softmark.interpreter.validation.scene_checks import varied
 
     scene = scene_with(f"study s = sweep({target}, over = {value})")
     sweep: Sweep = scene.declared["s"].thing
@@ -85,7 +85,7 @@ def test_a_value_takes_its_place(target: str, value: str, expected: float) -> No
 
 def test_a_sweep_of_a_copy_has_the_values_of_its_own_list() -> None:
     """Values that were found are known by their list's node, whose number may be that of another list in a copy."""
-    from softmark.interpreter.front.check import varied
+    from softmark.interpreter.validation.scene_checks import varied
 
     scene = scene_with("study s = sweep(h, over = [10, 5] mm)\nstudy t = sweep(n, over = [2, 4])")
     assert scene.table is not None

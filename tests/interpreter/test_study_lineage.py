@@ -11,15 +11,15 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.language.overrides import read
-from softmark.interpreter.plan.quantities import usual
-from softmark.interpreter.study.analysis import lineage
-from softmark.interpreter.study.analysis.lineage import Refinement, refinement_of
-from softmark.interpreter.study.analysis.lines import RefinementLine
-from softmark.interpreter.study.analysis.point import ComparedPoint
-from softmark.interpreter.study.expansion.outcome import PointError
-from softmark.interpreter.study.expansion.resolution import resolution_of
-from softmark.references.orders import refined, unlike
+from softmark.interpreter.language.parameter_overrides import read
+from softmark.interpreter.planning.varied_quantities import usual
+from softmark.interpreter.study.analysis import refinement_convergence
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
+from softmark.interpreter.study.analysis.refinement_convergence import Refinement, refinement_of
+from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
+from softmark.interpreter.study.configurations.discretization_size import resolution_of
+from softmark.interpreter.study.configurations.task_outcome import PointError
+from softmark.references.convergence_orders import refined, unlike
 
 SIZES = (0.04, 0.02, 0.01)
 
@@ -40,7 +40,7 @@ def refined_as(point: ComparedPoint, **changes: Any) -> ComparedPoint:
 
 
 def orders_of(line: RefinementLine) -> dict[str, Any] | None:
-    found = lineage.orders_of(line, [], [])
+    found = refinement_convergence.orders_of(line, [], [])
     return None if found is None else found.to_json()
 
 
@@ -138,13 +138,13 @@ def forces(p: float) -> RefinementLine:
 
 
 def test_where_forces_are_measured_they_say_whether_a_line_settles() -> None:
-    found = lineage.orders_of(forces(2.0), ["push"], forces(2.0).members)
+    found = refinement_convergence.orders_of(forces(2.0), ["push"], forces(2.0).members)
     assert found is not None
     assert found.doubt_of("push") is None
     (limit,) = found.to_json()["limits"]
     assert (limit["metric"], limit["unit"], limit["order"]) == ("push", "N", pytest.approx(2.0))
     assert limit["value"] == pytest.approx(0.1)
-    wild = lineage.orders_of(forces(0.0), ["push"], forces(0.0).members)
+    wild = refinement_convergence.orders_of(forces(0.0), ["push"], forces(0.0).members)
     assert wild is not None
     assert str(wild.doubt_of("push")).startswith("of `push` itself: ")
     assert "probe" not in str(wild.doubt)
@@ -158,13 +158,13 @@ def test_a_force_has_no_doubts_of_a_place_and_a_place_none_of_a_force(place: flo
         replace(p, errors={"push": replace(f.metric("push"), by_itself=True), "tip": PointError(0.1, "1", "truth")})
         for p, f in zip(there, pushed, strict=True)
     )
-    found = lineage.orders_of(RefinementLine("s", "m", "refine", "h", (), made), ["push", "tip"], made)
+    found = refinement_convergence.orders_of(RefinementLine("s", "m", "refine", "h", (), made), ["push", "tip"], made)
     assert found is not None
     assert [limit.of for limit in found.limits] == ["tip", "push"]
     assert (found.doubt_of("tip") is None) is (place == 2.0)
     assert (found.doubt_of("push") is None) is (force == 2.0)
     some = (*made[:2], replace(made[2], errors={}))
-    lacking = lineage.orders_of(RefinementLine("s", "m", "refine", "h", (), some), ["push"], some)
+    lacking = refinement_convergence.orders_of(RefinementLine("s", "m", "refine", "h", (), some), ["push"], some)
     assert lacking is not None
     assert lacking.doubt_of("push") == "of `push` itself: only some of its members have it"
 
@@ -190,7 +190,7 @@ MOVING = SCENE + "analysis drop = dynamic(duration = 0.1 s, step = dt, integrato
 
 
 def resolved(text: str, model: str, *overrides: str) -> dict[str, Any]:
-    from softmark.interpreter.front.check import varied
+    from softmark.interpreter.validation.scene_checks import varied
 
     scene, _ = varied(softmark.loads(text).scene, read(overrides, []))
     return resolution_of(scene, model)

@@ -10,13 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from softmark.references.orders import (
-    ErrorOrder,
-    Refined,
-    observed_order,
-    order_of_errors,
-    refined,
-)
+from softmark.references.convergence_orders import ErrorOrder, Refined, observed_order, order_of_errors, refined
 
 
 def family(cells: tuple[int, ...], values: tuple[float, ...]) -> list[tuple[float, float]]:

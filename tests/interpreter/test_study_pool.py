@@ -17,10 +17,10 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.study.expansion import tasks
-from softmark.interpreter.study.expansion.outcome import PointOutcome, PointTask
-from softmark.interpreter.study.expansion.variations import Additions, expand, read_vary, subject_of
-from softmark.interpreter.study.workers import pool
+from softmark.interpreter.study.configurations import configuration_task
+from softmark.interpreter.study.configurations.configuration_expansion import Additions, expand, read_vary, subject_of
+from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask
+from softmark.interpreter.study.workers import worker_pool
 from softmark.records import dataclass
 
 BEAM = """
@@ -66,7 +66,7 @@ def told(key: str, **to_do: float) -> Told:
 
 def done(given: list[Told], jobs: int = 1, timeout: float | None = None) -> dict[str, PointOutcome]:
     """Outcomes by key, of a worker that obeys."""
-    found = list(pool.outcomes(given, jobs, timeout, command=(sys.executable, "-c", WORKER)))
+    found = list(worker_pool.outcomes(given, jobs, timeout, command=(sys.executable, "-c", WORKER)))
     assert sorted(o.key for o in found) == sorted(t.key for t in given), "each once"
     return {o.key: o for o in found}
 
@@ -120,7 +120,7 @@ def test_a_task_that_takes_too_long_is_stopped() -> None:
 
 
 def test_closing_the_outcomes_ends_all_workers() -> None:
-    outcomes = pool.outcomes(
+    outcomes = worker_pool.outcomes(
         [told("a"), *(told(str(i), sleep=60) for i in range(3))], 2, command=(sys.executable, "-c", WORKER)
     )
     first = next(outcomes)
@@ -130,8 +130,8 @@ def test_closing_the_outcomes_ends_all_workers() -> None:
 
 
 def test_workers_that_do_not_start() -> None:
-    with pytest.raises(pool.NoWorkers, match="do not start"):
-        list(pool.outcomes([told("a")], command=(sys.executable, "-c", "raise SystemExit(3)")))
+    with pytest.raises(worker_pool.NoWorkers, match="do not start"):
+        list(worker_pool.outcomes([told("a")], command=(sys.executable, "-c", "raise SystemExit(3)")))
 
 
 # ------------------------------------------------------------------ real workers
@@ -141,9 +141,9 @@ def test_workers_that_do_not_start() -> None:
 def test_one_worker_and_two_find_the_same_as_this_process() -> None:
     """Bit for bit: the same code, one thread each."""
     given = beam_tasks("n=4,5,6,7,8")
-    here = {t.key: tasks.perform(t) for t in given}
+    here = {t.key: configuration_task.perform(t) for t in given}
     for jobs in (1, 2):
-        there = {o.key: o for o in pool.outcomes(given, jobs)}
+        there = {o.key: o for o in worker_pool.outcomes(given, jobs)}
         assert len(there) == 5
         for key, outcome in here.items():
             assert there[key].point == outcome.point
@@ -166,20 +166,20 @@ def test_a_killed_worker_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
 
     if not Path("/proc/self/task").exists():
         pytest.skip("no /proc to find the worker in")
-    found = {names[o.key]: o.point for o in pool.outcomes(given, started=started)}
+    found = {names[o.key]: o.point for o in worker_pool.outcomes(given, started=started)}
     assert {n: p["status"] for n, p in found.items()} == {"n=4": "converged", "n=100000": "failed", "n=5": "converged"}
     assert "SIGKILL" in found["n=100000"]["message"]
 
 
 def test_workers_have_one_thread_each() -> None:
-    assert {v for n, v in pool.environment().items() if n in pool.THREADS} == {"1"}
+    assert {v for n, v in worker_pool.environment().items() if n in worker_pool.THREADS} == {"1"}
 
 
 # ------------------------------------------------------------------ one task
 
 
 def test_an_outcome_is_json_and_has_what_a_point_needs() -> None:
-    outcome = tasks.perform(beam_tasks("n=4")[0])
+    outcome = configuration_task.perform(beam_tasks("n=4")[0])
     json.dumps(outcome.to_json(), allow_nan=False)
     point, theory = outcome.point, outcome.references["theory"]
     assert set(point) == {
@@ -196,21 +196,23 @@ def test_an_outcome_is_json_and_has_what_a_point_needs() -> None:
 def test_without_metrics_that_compare_every_probe_is_held_against_every_theory() -> None:
     """The same number as `energy_norm` gives, under a name of its own."""
     without = BEAM.replace("metric   eta    = energy_norm(axis, against = theory)", "")
-    asked, automatic = (tasks.perform(beam_tasks("n=4", text)[0]).point["errors"] for text in (BEAM, without))
+    asked, automatic = (
+        configuration_task.perform(beam_tasks("n=4", text)[0]).point["errors"] for text in (BEAM, without)
+    )
     assert list(automatic) == ["axis against theory"]
     assert automatic["axis against theory"] == asked["eta"]
 
 
 def test_a_long_probe_is_thinned() -> None:
-    outcome = tasks.perform(beam_tasks("n=4", BEAM.replace("points = 5", "points = 1001"))[0])
+    outcome = configuration_task.perform(beam_tasks("n=4", BEAM.replace("points = 5", "points = 1001"))[0])
     points = outcome.point["probes"]["axis"]["points"]
-    assert len(points) == tasks.POINTS
+    assert len(points) == configuration_task.POINTS
     assert (points[0][0], points[-1][0]) == (0.0, pytest.approx(0.178, rel=1e-12))
 
 
 def test_a_scene_that_has_become_wrong_is_a_failed_point() -> None:
     task = beam_tasks("n=4")[0]
-    outcome = tasks.perform(replace(task, overrides=("n=-4",)))
+    outcome = configuration_task.perform(replace(task, overrides=("n=-4",)))
     assert outcome.point["status"] == "failed"
     assert outcome.point["message"].startswith("E301: `segments` must be")
 
@@ -220,15 +222,15 @@ def test_a_defect_is_a_failed_point(monkeypatch: pytest.MonkeyPatch) -> None:
         raise MemoryError
 
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
-    monkeypatch.setattr("softmark.interpreter.run.pipeline.run", broken)
-    outcome = tasks.perform(beam_tasks("n=4")[0])
+    monkeypatch.setattr("softmark.interpreter.pipeline.run_pipeline.run", broken)
+    outcome = configuration_task.perform(beam_tasks("n=4")[0])
     assert (outcome.point["status"], outcome.point["message"]) == (
         "failed", "it stopped with an error (out of memory)",
     )  # fmt: skip
 
 
 def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    from softmark.interpreter.study.expansion import keys
+    from softmark.interpreter.study.configurations import configuration_keys
     from softmark.references import REFERENCES
 
     count, solve = [0], REFERENCES["elastica"].solve
@@ -237,12 +239,12 @@ def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch
         count[0] += 1
         return solve(self, *arguments)
 
-    monkeypatch.setattr(keys, "_REMEMBERED", {})
+    monkeypatch.setattr(configuration_keys, "_REMEMBERED", {})
     monkeypatch.setattr(REFERENCES["elastica"], "solve", counted)
     for task in beam_tasks("n=4,5,6"):
-        tasks.perform(task)
+        configuration_task.perform(task)
     assert count == [1]
-    tasks.perform(beam_tasks("gel.young=50 kPa")[0])
+    configuration_task.perform(beam_tasks("gel.young=50 kPa")[0])
     assert count == [2]
 
 
@@ -250,14 +252,14 @@ def test_a_reference_is_solved_once_in_a_process(monkeypatch: pytest.MonkeyPatch
 
 
 def test_nobody_answers() -> None:
-    with pytest.raises(pool.NoWorkers, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
-        list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
+    with pytest.raises(worker_pool.NoWorkers, match=r"no dask scheduler answers at tcp://127\.0\.0\.1:9"):
+        list(worker_pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9", wait=0.5))
 
 
 def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(pool.NoWorkers, match=r"pip install 'softmark\[cluster\]'"):
-        list(pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
+    with pytest.raises(worker_pool.NoWorkers, match=r"pip install 'softmark\[cluster\]'"):
+        list(worker_pool.outcomes_of_cluster(beam_tasks("n=4"), "tcp://127.0.0.1:9"))
 
 
 @pytest.mark.slow
@@ -268,14 +270,14 @@ def test_a_cluster_finds_the_same() -> None:
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0", host="127.0.0.1"
     ) as cluster:
-        there = {o.key: o for o in pool.outcomes_of_cluster(given, cluster.scheduler_address)}
-    here = {t.key: tasks.perform(t) for t in given}
+        there = {o.key: o for o in worker_pool.outcomes_of_cluster(given, cluster.scheduler_address)}
+    here = {t.key: configuration_task.perform(t) for t in given}
     assert {k: o.point for k, o in there.items()} == {k: o.point for k, o in here.items()}
     assert sorted(o.point["status"] for o in there.values()) == ["converged", "converged", "failed"]
 
 
 def test_a_worker_with_other_sources_is_not_believed() -> None:
-    outcome = pool.perform_there(beam_tasks("n=4")[0], "0" * 64)
+    outcome = worker_pool.perform_there(beam_tasks("n=4")[0], "0" * 64)
     assert outcome.point["status"] == "failed"
     assert "another version" in outcome.point["message"]
 
@@ -291,7 +293,7 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
             self.task = task
 
         def result(self) -> Any:
-            return pool.timed_out(self.task, 1.0)
+            return worker_pool.timed_out(self.task, 1.0)
 
     class Client:
         loop = None
@@ -307,10 +309,10 @@ def test_a_scheduler_that_dies_leaves_reasons(monkeypatch: pytest.MonkeyPatch) -
         raise ConnectionError("the stream is closed")
 
     module = type("Dask", (), {"as_completed": staticmethod(as_completed)})
-    monkeypatch.setattr(pool, "_dask", lambda: module)
-    monkeypatch.setattr(pool, "_client", lambda address, wait: Client())
-    monkeypatch.setattr(pool, "_connection_errors", lambda: (OSError,))
-    first, *others = pool.outcomes_of_cluster(given, "tcp://127.0.0.1:9")
+    monkeypatch.setattr(worker_pool, "_dask", lambda: module)
+    monkeypatch.setattr(worker_pool, "_client", lambda address, wait: Client())
+    monkeypatch.setattr(worker_pool, "_connection_errors", lambda: (OSError,))
+    first, *others = worker_pool.outcomes_of_cluster(given, "tcp://127.0.0.1:9")
     assert first.status == "timed_out"
     assert len(others) == len(given) - 1 > 0
     assert all("its scheduler is gone: the stream is closed" in str(other.to_json()) for other in others)

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from softmark.interpreter.study.analysis import quality
-from softmark.interpreter.study.timing.processors import least_busy
-from softmark.interpreter.study.timing.timed import finite, quantiles
+from softmark.interpreter.study.analysis import timing_quality
+from softmark.interpreter.study.timing.processor_choice import least_busy
+from softmark.interpreter.study.timing.timed_process import finite, quantiles
 
 
 def run(seconds: float = 0.1, **more: Any) -> dict[str, Any]:
@@ -27,10 +27,10 @@ def run(seconds: float = 0.1, **more: Any) -> dict[str, Any]:
 
 
 def test_an_undisturbed_run_has_no_flags_and_what_is_not_known_disturbs_nothing() -> None:
-    assert quality.disturbances(run()) == []
+    assert timing_quality.disturbances(run()) == []
     unknown = {"waited_s": None, "pressure_s": None, "steal_s": None, "involuntary": None}
-    assert quality.disturbances(run(during=unknown)) == []
-    assert quality.disturbances({"status": "failed"}) == []
+    assert timing_quality.disturbances(run(during=unknown)) == []
+    assert timing_quality.disturbances({"status": "failed"}) == []
 
 
 @pytest.mark.parametrize(
@@ -47,8 +47,8 @@ def test_an_undisturbed_run_has_no_flags_and_what_is_not_known_disturbs_nothing(
     ],
 )
 def test_each_disturbance_is_named(more: dict[str, Any], flag: str) -> None:
-    assert quality.disturbances(run(**more), pace=1e-3) == [flag]
-    assert flag in quality.DISTURBANCES
+    assert timing_quality.disturbances(run(**more), pace=1e-3) == [flag]
+    assert flag in timing_quality.DISTURBANCES
 
 
 @pytest.mark.parametrize(
@@ -64,20 +64,20 @@ def test_each_disturbance_is_named(more: dict[str, Any], flag: str) -> None:
     ],
 )
 def test_just_inside_the_thresholds_nothing_is_flagged(more: dict[str, Any]) -> None:
-    assert quality.disturbances(run(**more), pace=1e-3) == []
+    assert timing_quality.disturbances(run(**more), pace=1e-3) == []
 
 
 def test_the_usual_pace_is_that_of_the_quick_quarter() -> None:
     runs = [run(pace_s=p) for p in (1.0, 1.0, 1.0, 1.6, 1.7)]
-    assert quality.usual_pace(runs) == 1.0
-    assert [quality.clean(r, 1.0) for r in runs] == [True, True, True, False, False]
-    assert quality.usual_pace([{"status": "failed"}]) is None
+    assert timing_quality.usual_pace(runs) == 1.0
+    assert [timing_quality.clean(r, 1.0) for r in runs] == [True, True, True, False, False]
+    assert timing_quality.usual_pace([{"status": "failed"}]) is None
 
 
 def test_quartiles_are_those_of_the_clean_runs() -> None:
     """Of 1, 2, 3, 4, 5 the quartiles are 2, 3, 4 by linear interpolation between order statistics."""
     disturbed = run(50.0, during={"compiled": 1})
-    cost = quality.cost([*(run(float(s)) for s in (3, 1, 5, 2, 4)), disturbed], asked=5)
+    cost = timing_quality.cost([*(run(float(s)) for s in (3, 1, 5, 2, 4)), disturbed], asked=5)
     assert cost is not None
     assert cost["wall_s"] == {"median": 3.0, "q1": 2.0, "q3": 4.0, "min": 1.0, "max": 5.0, "runs": 5}
     assert cost["cpu_s"] == cost["wall_s"]
@@ -89,7 +89,7 @@ def test_quartiles_are_those_of_the_clean_runs() -> None:
 
 def test_with_too_few_clean_runs_all_count_and_cpu_time_is_what_fits_a_frame() -> None:
     slow = [run(1.0, wall_s=[2.0, 2.0]) for _ in range(3)]
-    cost = quality.cost([run(1.0), run(1.0), *slow], asked=5)
+    cost = timing_quality.cost([run(1.0), run(1.0), *slow], asked=5)
     assert cost is not None
     assert cost["contaminated"]
     assert cost["wall_s"]["runs"] == 5
@@ -102,7 +102,7 @@ def test_cpu_time_is_that_of_the_runs_at_the_usual_pace_even_if_all_had_to_wait(
     """Three runs waited and computed for 1 s; in two more the processor was 60 % slower."""
     waiting = [run(1.0, wall_s=[2.0, 2.0]) for _ in range(3)]
     slow = [run(1.6, wall_s=[3.2, 3.2], pace_s=1.6e-3) for _ in range(2)]
-    cost = quality.cost([*slow, *waiting], asked=5)
+    cost = timing_quality.cost([*slow, *waiting], asked=5)
     assert cost is not None
     assert cost["contaminated"]
     assert (cost["cpu_s"]["median"], cost["cpu_s"]["max"], cost["cpu_s"]["runs"]) == (1.0, 1.0, 3)
@@ -110,21 +110,21 @@ def test_cpu_time_is_that_of_the_runs_at_the_usual_pace_even_if_all_had_to_wait(
 
 
 def test_two_runs_are_enough_where_no_more_were_asked_for() -> None:
-    cost = quality.cost([run(), run()], asked=2)
+    cost = timing_quality.cost([run(), run()], asked=2)
     assert cost is not None
     assert not cost["contaminated"]
     assert cost["flags"] == []
 
 
 def test_remarks() -> None:
-    cost = quality.cost([run(warmed=False), run(solve={"iterations": 6, "steps": 1}), run(cores=[0])], asked=5)
+    cost = timing_quality.cost([run(warmed=False), run(solve={"iterations": 6, "steps": 1}), run(cores=[0])], asked=5)
     assert cost is not None
     assert set(cost["flags"]) == {"few repeats", "not warmed up", "runs differ", "differing processors"}
-    assert set(cost["flags"]) <= set(quality.REMARKS)
+    assert set(cost["flags"]) <= set(timing_quality.REMARKS)
 
 
 def test_a_run_counts_by_the_median_of_its_solutions() -> None:
-    cost = quality.cost([run(wall_s=[1.0, 1.0, 9.0], cpu_s=[1.0, 1.0, 9.0])] * 3)
+    cost = timing_quality.cost([run(wall_s=[1.0, 1.0, 9.0], cpu_s=[1.0, 1.0, 9.0])] * 3)
     assert cost is not None
     assert cost["wall_s"]["median"] == 1.0
 
@@ -135,7 +135,7 @@ def test_steps_of_a_dynamic_analysis_are_what_fits_a_frame() -> None:
         "cpu_s": {"median": 1e-3, "p95": 1e-3, "p99": 1e-3, "max": 1e-3},
         "steps": 100,
     }
-    cost = quality.cost([run(steps=steps)] * 3)
+    cost = timing_quality.cost([run(steps=steps)] * 3)
     assert cost is not None
     assert cost["step_s"] == {
         "median": 1e-3,
@@ -155,7 +155,7 @@ def test_phases_share_out_the_median() -> None:
         "phases": {"assembly": 0.1, "solution": 0.05, "other": 0.05},
         "output_s": 0.5,
     }
-    cost = quality.cost([run(), run(), run(), clocks])
+    cost = timing_quality.cost([run(), run(), run(), clocks])
     assert cost is not None
     assert cost["phases"] == pytest.approx(
         {"mesh": 0.01, "set-up": 0.02, "assembly": 0.05, "factorisation": 0.0, "solution": 0.025, "other": 0.025,
@@ -165,10 +165,10 @@ def test_phases_share_out_the_median() -> None:
 
 def test_without_a_solution_there_is_no_cost_but_a_reason() -> None:
     failed = {"status": "timed_out", "message": "it was not done after 1 s"}
-    assert quality.cost([failed]) is None
-    assert quality.refusal([failed]) == "it was not done after 1 s"
-    assert quality.refusal([]) == "it was not timed"
-    assert quality.refusal([run()]) is None
+    assert timing_quality.cost([failed]) is None
+    assert timing_quality.refusal([failed]) == "it was not done after 1 s"
+    assert timing_quality.refusal([]) == "it was not timed"
+    assert timing_quality.refusal([run()]) is None
 
 
 def test_quantiles_are_values_that_occurred() -> None:

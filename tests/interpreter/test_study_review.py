@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.report.compare.page import page
-from softmark.interpreter.report.compare.terminal import table
-from softmark.interpreter.study.analysis.advice import remarks_of
-from softmark.interpreter.study.analysis.compared import Compared
-from softmark.interpreter.study.analysis.pairs import distances
-from softmark.interpreter.study.analysis.point import ComparedPoint
-from softmark.interpreter.study.expansion.truths import marked
+from softmark.interpreter.report.comparison.comparison_page import page
+from softmark.interpreter.report.comparison.comparison_terminal import table
+from softmark.interpreter.study.analysis.comparison_advice import remarks_of
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
+from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.configuration_pairs import distances
+from softmark.interpreter.study.configurations.reference_changes import marked
 
 BEAM = """
 param    E      = 60 kPa

@@ -8,9 +8,9 @@ import pytest
 from library import loaded
 
 import softmark
-from softmark.interpreter.language.sources import standard_scenes
-from softmark.interpreter.study.expansion import keys
-from softmark.interpreter.study.expansion.variations import (
+from softmark.interpreter.language.scene_sources import standard_scenes
+from softmark.interpreter.study.configurations import configuration_keys
+from softmark.interpreter.study.configurations.configuration_expansion import (
     Additions,
     Configuration,
     expand,
@@ -165,7 +165,7 @@ def test_two_scenes_of_one_name_are_told_apart() -> None:
 
 
 def key(text: str, model: str = "rod") -> str:
-    return keys.key_of(softmark.loads(text).scene, model)
+    return configuration_keys.key_of(softmark.loads(text).scene, model)
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_a_parameter_in_a_condition_enters_by_its_value() -> None:
 def test_the_model_that_a_metric_is_measured_against_belongs_to_the_key() -> None:
     text = BEAM + "metric other = energy_norm(axis, against = hex)"
     scene = softmark.loads(text).scene
-    assert keys.needed_models(scene, "rod") == ("rod", "hex")
+    assert configuration_keys.needed_models(scene, "rod") == ("rod", "hex")
     assert key(text) != key(text.replace("h      = 20 mm", "h      = 10 mm"))
     assert key(text) == key(text.replace("fem(tet10, strain = finite", "fem(tet4, strain = finite"))
 
@@ -221,7 +221,7 @@ def test_the_model_that_a_metric_is_measured_against_belongs_to_the_key() -> Non
 def test_models_that_a_reference_refines_enter_without_their_size() -> None:
     text = BEAM + "reference limit = self_converged(methods = [tet, hex], sizes = [30, 20, 15] mm)"
     scene = softmark.loads(text).scene
-    assert keys.needed_models(scene, "rod") == ("rod",)
+    assert configuration_keys.needed_models(scene, "rod") == ("rod",)
     assert key(text) == key(text.replace("h      = 20 mm", "h      = 10 mm"))
     assert key(text) != key(text.replace("fem(tet10,", "fem(tet4,"))
 
@@ -233,7 +233,7 @@ def test_what_a_model_is_made_from_enters_its_key_however_far_away() -> None:
     assert few != key(more.replace("h      = 20 mm", "h      = 10 mm"), "few")
     assert few != key(more.replace("fem(tet10, strain = finite", "fem(tet10, strain = corotational"), "few")
     assert few == key(more.replace("n      = 10", "n      = 11"), "few")
-    assert keys.needed_models(softmark.loads(more).scene, "few") == ("few",)
+    assert configuration_keys.needed_models(softmark.loads(more).scene, "few") == ("few",)
 
 
 def test_a_model_that_is_trained_on_a_sweep_depends_on_it() -> None:
@@ -247,14 +247,14 @@ def test_a_model_that_is_trained_on_a_sweep_depends_on_it() -> None:
 
 
 def test_the_content_of_a_file_enters_the_key_and_its_place_does_not(tmp_path: Path) -> None:
-    from softmark.interpreter.face.api import load
+    from softmark.interpreter.api.python_api import load
 
     def with_scan(folder: str, content: str) -> str:
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "scan.obj").write_text(content, encoding="utf-8")
         scene = 'reference scan = surface("scan.obj", unit = 1 mm, uncertainty = 0.1 mm)'
         (tmp_path / folder / "my.scene").write_text(BEAM + scene, encoding="utf-8")
-        return keys.key_of(load(tmp_path / folder / "my.scene").scene, "rod")
+        return configuration_keys.key_of(load(tmp_path / folder / "my.scene").scene, "rod")
 
     first = with_scan("a", "v 0 0 0\n")
     assert with_scan("b", "v 0 0 0\n") == first
@@ -265,4 +265,4 @@ def test_the_content_of_a_file_enters_the_key_and_its_place_does_not(tmp_path: P
 def test_keys_are_the_same_in_every_process(name: str) -> None:
     """No address of an object gets into what is digested."""
     scene = loaded(standard_scenes()[name]).scene
-    assert not [d.name for d in scene.declared.values() if " at 0x" in keys.words_of(d)]
+    assert not [d.name for d in scene.declared.values() if " at 0x" in configuration_keys.words_of(d)]

@@ -16,14 +16,14 @@ import pytest
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.language.scene import Scene
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.fem.build import mesh_of
-from softmark.interpreter.models.fem.words import Fem
-from softmark.interpreter.models.shared.gripping import Grip, grip
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import Case, Fault, case_of
-from softmark.interpreter.problem.conforming import cuts_of
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.models.fem.fem_builder import mesh_of
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.shared.support_selection import Grip, grip
+from softmark.interpreter.problem.body_case import Case, Fault, case_of
+from softmark.interpreter.problem.conforming_mesh import cuts_of
 from softmark.solvers.mesh.shapes import Box
 
 LIBRARY = Path(softmark.__file__).parents[2] / "stdlib-scenes"

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.run.options import Options
-from softmark.interpreter.run.pipeline import run as pipeline
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.pipeline.run_pipeline import run as pipeline
 
 SEEDS, QUICK = 200, 8
 ELEMENTS = ("hex8", "hex20", "tet4", "tet10")
@@ -159,7 +159,7 @@ def test_a_patch_that_the_mesh_follows_is_not_said() -> None:
 
 def test_a_stated_error_holds_the_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a finer space finds nothing to say, equilibrium does: four cells under the patch are 46 Pa off -1000 Pa."""
-    monkeypatch.setattr("softmark.interpreter.evidence.stress_limits.settled", lambda *known: 0.0)
+    monkeypatch.setattr("softmark.interpreter.verification.stress_singularities.settled", lambda *known: 0.0)
     own = run(narrow(low=25, high=35, size=2.5), stated=()).models["m"]
     off = abs(own.metrics["s"].value + 1000.0)
     assert 20.0 < off < 100.0
@@ -193,7 +193,7 @@ def test_round_faces_are_free_of_traction() -> None:
 
 def test_the_comparison_is_independent_of_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """A solver whose stresses are 40 % too small is found out by equilibrium at the surface."""
-    from softmark.solvers.stresses.sampled import State
+    from softmark.solvers.stress_recovery.sampling_point_stress import State
 
     own = State._pushed
     text = narrow(low=0, high=60, size=5)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.language.conditions import Condition
-from softmark.interpreter.problem.stretches import coverage, end_of
-from softmark.solvers.mesh.extruded import Extruded
-from softmark.solvers.mesh.revolved import Cone
-from softmark.solvers.mesh.sections import Disc, Rectangle
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.axial_selection import coverage, end_of
+from softmark.solvers.mesh.cross_sections import Disc, Rectangle
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Cone
 
 HEAD = """softmark 1
 scene "tapers"

@@ -10,10 +10,10 @@ import pytest
 from scipy.linalg import eigh
 
 import softmark
-from softmark.interpreter.evidence.kinds.beam_forces import clenshaw_curtis
-from softmark.solvers.mesh.frame import Member, Network
-from softmark.solvers.mesh.sections import Disc, Rectangle
-from softmark.solvers.mesh.tube import Annulus
+from softmark.interpreter.verification.by_model.beam_forces_check import clenshaw_curtis
+from softmark.solvers.mesh.cross_sections import Disc, Rectangle
+from softmark.solvers.mesh.frame_shapes import Member, Network
+from softmark.solvers.mesh.tubes import Annulus
 
 E, G, RHO, L = 1e6, 1e6 / 2.6, 1000.0, 1.0  # Pa, kg/m^3, m
 TEXT = """softmark 1

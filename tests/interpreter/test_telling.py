@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.models.outside.telling import Untold, reasons, told
-from softmark.interpreter.models.prepare import prepared_model
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_for
+from softmark.interpreter.models.external.problem_transfer import Untold, reasons, told
+from softmark.interpreter.models.model_preparation import prepared_model
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.problem.body_case import case_for
 
 BAR = """
 softmark 1

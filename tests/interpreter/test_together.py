@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.metrics import curves
-from softmark.interpreter.metrics.undefined import Undefined
-from softmark.references.round_core import Hookean, RoundCore
+from softmark.interpreter.metrics import curve_geometry
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.references.inclusion import Hookean, RoundCore
 
 LOADED = """
 material gel  = st_venant_kirchhoff(young = 60 kPa, poisson = 0.25, density = 1000 kg/m^3)
@@ -92,6 +92,6 @@ def test_an_inclusion_of_any_constants_is_that_of_eshelby() -> None:
 @pytest.mark.parametrize(("x", "how"), [((1.0, 2.0, 2.0, 3.0), "stands still"), ((1.0, 3.0, 2.0), "turns back")])
 def test_a_curve_that_is_none_says_how(x: tuple[float, ...], how: str) -> None:
     """Of a state that stands twice it was told that it turned back."""
-    reference = curves.Curve(np.array([0.0, 4.0]), np.array([0.0, 4.0]), np.zeros(2))
+    reference = curve_geometry.Curve(np.array([0.0, 4.0]), np.array([0.0, 4.0]), np.zeros(2))
     with pytest.raises(Undefined, match=f"it {how} on the way"):
-        curves.overlay(np.array(x), np.array(x), reference)
+        curve_geometry.overlay(np.array(x), np.array(x), reference)

@@ -19,14 +19,14 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.front.load import checked
-from softmark.interpreter.results import authentication
-from softmark.interpreter.study.kept import store
-from softmark.interpreter.study.workers.journal import Journal, JournalRefused
+from softmark.interpreter.results import result_authentication
+from softmark.interpreter.study.run_cache import cache_folder
+from softmark.interpreter.study.workers.task_journal import Journal, JournalRefused
+from softmark.interpreter.validation.scene_loader import checked
 from softmark.resource_limits import FACTOR, FLOOR, SHARE, available, limited_resources
 
 TESTS = Path(__file__).parents[1]
-PAGE = TESTS.parent / "interpreter" / "pages" / "howto-trust.md"
+PAGE = TESTS.parent / "interpreter" / "documentation" / "howto-trust.md"
 HELD = {  # by the beginning of a sentence
     "Checking a scene and opening": "interpreter/test_sandbox.py:test_checking_and_planning_open_nothing",
     "They write nothing": "interpreter/test_sandbox.py:test_checking_and_planning_open_nothing",
@@ -103,9 +103,9 @@ def test_a_text_over_1_mb_is_refused(here: Path) -> None:
     assert status == 2
     assert "larger than 1 MB" in said
     pytest.importorskip("lsprotocol")
-    from softmark.interpreter.editor.document import Document
-    from softmark.interpreter.editor.formatting import formatted
-    from softmark.interpreter.editor.refused import Refused
+    from softmark.interpreter.language_server.document_formatting import formatted
+    from softmark.interpreter.language_server.request_refused import Refused
+    from softmark.interpreter.language_server.text_document import Document
 
     document = Document(SCENE + "#" * 1_000_000, here)
     assert document.tokens == document.comments == []
@@ -125,7 +125,7 @@ MEASURE = """
 import resource, sys
 from pathlib import Path
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.validation.scene_loader import checked
 text = Path(sys.argv[1]).read_text()
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 checked(Source("a.scene", text), Path("."), None)
@@ -159,8 +159,8 @@ def test_dependencies_are_those_that_a_text_mentions() -> None:
 def test_an_editor_shows_a_report_that_came_along(here: Path) -> None:
     """It says so on the page: whoever made the report decides what stands there. It names the file over the line."""
     pytest.importorskip("lsprotocol")
-    from softmark.interpreter.editor.document import Document
-    from softmark.interpreter.editor.evidence import evidence
+    from softmark.interpreter.language_server.measured_values import evidence
+    from softmark.interpreter.language_server.text_document import Document
 
     assert dsl("run", "small.scene")[0] in (0, 1)
     file = here / "small-report" / "report.json"
@@ -178,10 +178,10 @@ def test_an_editor_shows_a_report_that_came_along(here: Path) -> None:
 
 def test_files_lead_nowhere_but_into_their_folder(tmp_path: Path) -> None:
     """Of XDMF as a mesh and as a result, PVD, PVTU, NRRD (test_hostile_readers.py), PML and TetGen."""
-    from softmark.interpreter.exchange import pml
-    from softmark.interpreter.models.results import readers
-    from softmark.references.measured import Unreadable
-    from softmark.solvers.mesh.files import reading
+    from softmark.interpreter.importers import pml_import
+    from softmark.interpreter.models.imported_results import readers
+    from softmark.references.measured_data import Unreadable
+    from softmark.solvers.mesh.files import mesh_reader
 
     home = tmp_path / "home"
     home.mkdir()
@@ -195,8 +195,8 @@ def test_files_lead_nowhere_but_into_their_folder(tmp_path: Path) -> None:
     )
     for form, told in (("Binary", "../outside.bin"), ("Binary", str(tmp_path / "outside.bin")), ("&#66;inary", "x")):
         (home / "a.xdmf").write_text(item.format("Format", form, told))
-        with pytest.raises(reading.UnreadableMesh, match="another file"):
-            reading.read(str(home / "a.xdmf"), 1.0)
+        with pytest.raises(mesh_reader.UnreadableMesh, match="another file"):
+            mesh_reader.read(str(home / "a.xdmf"), 1.0)
         with pytest.raises(Unreadable):
             readers.read(home / "a.xdmf")
     series = '<VTKFile><Collection><DataSet file="{}"/></Collection></VTKFile>'
@@ -216,15 +216,15 @@ def test_files_lead_nowhere_but_into_their_folder(tmp_path: Path) -> None:
     (tmp_path / "b.lml").write_text("<loads/>")
     (home / "a.lml").symlink_to(tmp_path / "b.lml")
     with pytest.raises(Exception, match=r"outside the folder|no tetrahedra"):
-        pml.read(home / "a.pml")
+        pml_import.read(home / "a.pml")
     (home / "a.node").write_text("4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n")
     (tmp_path / "b.ele").write_text("1 4 0\n1 1 2 3 4\n")
     (home / "a.ele").symlink_to(tmp_path / "b.ele")
-    with pytest.raises(reading.UnreadableMesh, match="outside the folder"):
-        reading.read(str(home / "a.node"), 1.0)
+    with pytest.raises(mesh_reader.UnreadableMesh, match="outside the folder"):
+        mesh_reader.read(str(home / "a.node"), 1.0)
     (home / "a.ele").unlink()
     shutil.copy(tmp_path / "b.ele", home / "a.ele")
-    assert len(reading.read(str(home / "a.node"), 1.0).cells) == 1
+    assert len(mesh_reader.read(str(home / "a.node"), 1.0).cells) == 1
 
 
 def test_links_of_hdf5_lead_nowhere(tmp_path: Path) -> None:
@@ -327,35 +327,35 @@ def test_journals_of_somebody_else_count_for_nothing(here: Path, monkeypatch: py
 
 
 def test_the_key_is_the_users_alone(here: Path) -> None:
-    code = authentication.code_of("test", b"data")
-    file = authentication.key_file()
+    code = result_authentication.code_of("test", b"data")
+    file = result_authentication.key_file()
     assert file is not None
     assert file.is_relative_to(here.parent / "cache")
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
-    assert authentication.is_authentic("test", b"data", code)
+    assert result_authentication.is_authentic("test", b"data", code)
     for purpose, data, other in (("other", b"data", code), ("test", b"dato", code), ("test", b"data", code[:-1])):
-        assert not authentication.is_authentic(purpose, data, other)
+        assert not result_authentication.is_authentic(purpose, data, other)
     file.chmod(0o644)
-    assert not authentication.is_authentic("test", b"data", code), "others may have read it"
-    assert not authentication.is_authentic("test", b"data", "\ud800é")
-    new = authentication.code_of("test", b"data")
+    assert not result_authentication.is_authentic("test", b"data", code), "others may have read it"
+    assert not result_authentication.is_authentic("test", b"data", "\ud800é")
+    new = result_authentication.code_of("test", b"data")
     assert (new != code, stat.S_IMODE(file.stat().st_mode)) == (True, 0o600)
     file.unlink()
     file.symlink_to(here / "elsewhere")
     (here / "elsewhere").write_bytes(bytes(32))
     (here / "elsewhere").chmod(0o600)
-    authentication.code_of("test", b"data")
+    result_authentication.code_of("test", b"data")
     assert not file.is_symlink()
 
 
 def test_without_a_home_a_process_trusts_what_it_wrote(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(authentication, "key_file", lambda: None)
-    assert authentication.is_authentic("a", b"b", authentication.code_of("a", b"b"))
+    monkeypatch.setattr(result_authentication, "key_file", lambda: None)
+    assert result_authentication.is_authentic("a", b"b", result_authentication.code_of("a", b"b"))
 
 
 def test_the_last_of_the_disk_is_left_to_reports(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     usage = shutil.disk_usage(here)
-    monkeypatch.setattr(store.shutil, "disk_usage", lambda path: usage._replace(free=store.RESERVE))
+    monkeypatch.setattr(cache_folder.shutil, "disk_usage", lambda path: usage._replace(free=cache_folder.RESERVE))
     status, said = dsl("run", "small.scene")
     assert status in (0, 1)
     assert "less than 256 MiB of the disk" in said

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.references.data import here
+from softmark.references.data_download import here
 
 STATES = {5: 1, 12: 2, 18: 3}
 LAWS = ("linear", "corot", "finite")

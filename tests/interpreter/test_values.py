@@ -10,13 +10,13 @@ import pytest
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.language.expressions import VectorValue
+from softmark.interpreter.language.expression_evaluation import VectorValue
 from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
-from softmark.interpreter.metrics.undefined import Undefined
+from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
-from softmark.interpreter.report.run.html import render
-from softmark.interpreter.report.run.terminal import table
-from softmark.references.values import KnownValue, Values
+from softmark.interpreter.report.run.report_page import render
+from softmark.interpreter.report.run.report_terminal import table
+from softmark.references.published_values import KnownValue, Values
 
 LENGTH, PLAIN = (1, 0, 0, 0, 0), (0, 0, 0, 0, 0)
 ROD = """
@@ -120,7 +120,7 @@ def test_theories_are_held_against_values_too() -> None:
 
 def test_a_stated_error_is_that_of_the_number() -> None:
     """|a - r| moves by no more than a does: 2 % of a value twice as large is 1 % of it."""
-    from softmark.interpreter.run.pipeline import Options, run
+    from softmark.interpreter.pipeline.run_pipeline import Options, run
 
     loaded = softmark.loads(
         ROD.replace("[50, 100]", "[100]")
@@ -142,7 +142,7 @@ def test_a_scene_without_values_imports_nothing_of_them() -> None:
 
 
 def test_stress_says_why_a_value_cannot_judge() -> None:
-    from softmark.interpreter.plan.stability import no_judge
+    from softmark.interpreter.planning.robustness_plan import no_judge
 
     scene = softmark.loads(
         ROD.replace("reference theory = simo_reissner(bar)\n", "")

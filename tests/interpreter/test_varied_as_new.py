@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from softmark.grammar.diagnostic import Source
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.front.load import checked
-from softmark.interpreter.language.compile import recompiled
-from softmark.interpreter.language.overrides import Override, read
-from softmark.interpreter.language.scene import Scene
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.compiler import recompiled
+from softmark.interpreter.language.parameter_overrides import Override, read
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.validation.scene_loader import checked
 from softmark.scenes import ROOT
 
 SCENE = """
@@ -83,7 +83,7 @@ def test_every_parameter_of_shipped_scenes() -> None:
 def _scene() -> Scene:
     from pathlib import Path
 
-    from softmark.interpreter.language.compile import compile_scene
+    from softmark.interpreter.language.compiler import compile_scene
 
     scene, found = compile_scene(Source("<text>", SCENE), Path(), None, (), CATALOGUE)
     assert found == []

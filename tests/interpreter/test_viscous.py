@@ -10,8 +10,8 @@ import pytest
 from loaded import loaded_by
 
 import softmark
-from softmark.interpreter.results.report import Report
-from softmark.solvers.energies.remembering import Memory
+from softmark.interpreter.results.run_report import Report
+from softmark.solvers.energies.viscoelastic_memory import Memory
 
 GEL = """
 material gel   = viscous(neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3), g = [0.3, 0.2],

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.run import pipeline
+from softmark.interpreter.pipeline import run_pipeline
 
 GEL = "material gel = viscous(linear_elastic(young = 60 kPa, poisson = NU, density = 1000 kg/m^3), g = [0.3, 0.2],\n"
 HEAD = (
@@ -79,7 +79,9 @@ def test_the_error_of_a_step_is_stated_and_holds_the_true_one(model: str) -> Non
     text = text.replace("NU", "0").replace("OF", "whole")
     text += "load p = traction(bar, where = x >= 20 mm, vector = (60, 0, 0) Pa)\n"
     scene = softmark.loads(text)
-    found = pipeline.run(scene.scene, list(scene.warnings), pipeline.Options(draw=False, stated=("rod",))).models["rod"]
+    found = run_pipeline.run(
+        scene.scene, list(scene.warnings), run_pipeline.Options(draw=False, stated=("rod",))
+    ).models["rod"]
     off = abs(found.metrics["out"].value - 2e-5 * CREEP[1])
     said = found.stated["out"]
     assert said.reason is None

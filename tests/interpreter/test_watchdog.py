@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.evidence.error_estimate import is_doubt
-from softmark.interpreter.models.shared.prepared import Solution
-from softmark.interpreter.report.run import html
-from softmark.interpreter.results import vtk
-from softmark.interpreter.results.report import Report
-from softmark.solvers.checks import solids as formulas
-from softmark.solvers.checks.pressures import Pressed, split_of
+from softmark.interpreter.models.shared.prepared_model import Solution
+from softmark.interpreter.report.run import report_page
+from softmark.interpreter.results import vtk_writer
+from softmark.interpreter.results.run_report import Report
+from softmark.interpreter.verification.error_estimate import is_doubt
+from softmark.solvers.independent_forces import solid_forces as formulas
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
 
 BEAM = """softmark 1
 scene "watched"
@@ -181,7 +181,7 @@ def stops(*arguments: Any) -> Any:
 def test_a_check_that_stops_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     """The answer stays, with a warning in the report and as a doubt of what it states."""
     monkeypatch.delenv("SOFTMARK_DEBUG", raising=False)
-    monkeypatch.setattr("softmark.interpreter.evidence.kinds.beams.Beams.balance", stops)
+    monkeypatch.setattr("softmark.interpreter.verification.by_model.beam_verifier.Beams.balance", stops)
     report = softmark.loads(BEAM + MODELS).run("rod")
     model = report.models["rod"]
     assert model.status == "converged"
@@ -249,9 +249,9 @@ WORDS = re.compile(r"\b(nan|infinity|-?inf)\b", re.IGNORECASE)
 def written(report: Report, folder: Path) -> Iterator[str]:
     """Everything that is written of a report."""
     yield report.dumps()
-    page = html.render(report)
+    page = report_page.render(report)
     yield re.sub(r"<style.*?</style>|<script(?! type=\"application).*?</script>", "", page, flags=re.DOTALL)
-    for file in vtk.write_vtu(report, folder):
+    for file in vtk_writer.write_vtu(report, folder):
         if file.suffix == ".vtu":  # its numbers are coded
             read = meshio.read(file)
             assert all(np.all(np.isfinite(values)) for values in (read.points, *read.point_data.values()))
@@ -302,11 +302,11 @@ def test_references_and_metrics_have_doors_too(
 
 
 def test_details_and_samples_of_metrics(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from softmark.interpreter.metrics import measure
+    from softmark.interpreter.metrics import metric_evaluation
     from softmark.interpreter.metrics.measurement import Measurement
 
     odd = Measurement(1.0, {"a": math.nan, "b": [math.inf]}, np.array([1.0, math.nan]), np.array([math.nan] * 5))
-    monkeypatch.setattr(measure, "measured_by", lambda thing, seen: odd)
+    monkeypatch.setattr(metric_evaluation, "measured_by", lambda thing, seen: odd)
     report = softmark.loads(BEAM + MODELS.splitlines()[0]).run()
     assert report.models["tet"].metrics["eta"].details == {"a": None, "b": [None]}
     assert_numbers_only(report, tmp_path)

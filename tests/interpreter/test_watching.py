@@ -17,8 +17,8 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.cli.commands.serving import Server, folder_of
-from softmark.interpreter.cli.commands.watching import Watched
+from softmark.interpreter.cli.commands.serve_report import Server, folder_of
+from softmark.interpreter.cli.commands.watch_mode import Watched
 from softmark.interpreter.cli.main import main
 
 DSL = [sys.executable, "-m", "softmark.interpreter"]

@@ -21,9 +21,9 @@ import numpy as np
 import truth
 from cases import Case
 
-from softmark.interpreter.face.api import loads
-from softmark.interpreter.language.scene import SceneError
-from softmark.interpreter.run.pipeline import Options, run
+from softmark.interpreter.api.python_api import loads
+from softmark.interpreter.language.compiled_scene import SceneError
+from softmark.interpreter.pipeline.run_pipeline import Options, run
 
 
 def judged(case: Case) -> Iterator[dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 Under a traction p that is small against Young's modulus E, u = p L / E, sigma = p and the reaction is p w^2. In finite
 strain the answers differ from these by the strain, at most 2e-5 here, and by the rounding of laws, 1e-8 (its square is
-where a law stops being linear, see solvers/energies/magnification.py).
+where a law stops being linear, see solvers/energies/displacement_gradient_scaling.py).
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from page_blocks import Block, Reader, blocks
 
-from softmark.interpreter import pages
+from softmark.interpreter import documentation
 
-ROOM = Path(pages.__file__).resolve().parent
+ROOM = Path(documentation.__file__).resolve().parent
 PAGES = sorted(ROOM.glob("*.md"))
 
 

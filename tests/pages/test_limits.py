@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import softmark
-from softmark.interpreter import pages
-from softmark.interpreter.language.scene import SceneError
+from softmark.interpreter import documentation
+from softmark.interpreter.language.compiled_scene import SceneError
 
-PAGE = Path(pages.__file__).resolve().parent / "limits.md"
+PAGE = Path(documentation.__file__).resolve().parent / "limits.md"
 GEL = "material gel = neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)\n"
 BAR = "body bar = solid(box(size = (100, 20, 20) mm), gel)\nsupport wall = fixed(bar, where = x <= 0 mm)\n"
 LOOK = "probe tip = point(bar, at = (100, 10, 10) mm)\nmetric sag = displacement(tip, along = -z)\n"

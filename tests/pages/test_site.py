@@ -11,48 +11,58 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.dictionary import words
-from softmark.interpreter.dictionary.codes import pages as codes
-from softmark.interpreter.language import aliases
-from softmark.interpreter.language.sources import standard_scenes
-from softmark.interpreter.pages import build, gallery, messages, other_words, reference
-from softmark.interpreter.pages.markup import described, escaped
-from softmark.interpreter.pages.places import places
+from softmark.interpreter.documentation import (
+    foreign_word_pages,
+    message_reference,
+    scene_gallery,
+    site_builder,
+    word_reference,
+)
+from softmark.interpreter.documentation.docstring_markdown import described, escaped
+from softmark.interpreter.documentation.site_inventory import places
+from softmark.interpreter.help import word_pages
+from softmark.interpreter.help.codes import pages as codes
+from softmark.interpreter.language import foreign_aliases
+from softmark.interpreter.language.scene_sources import standard_scenes
 
 PICTURE, ALL_PICTURES = 60_000, 1_500_000  # bytes
 EXTERNAL = Path(__file__).with_name("external_links.txt")
 
 
 def test_every_word_and_every_message_has_a_place() -> None:
-    made = "\n".join(reference.pages().values())
-    assert [c.name for c in words.constructors() if f"```{{word}} {reference.target(c)}\n" not in made] == []
-    others = other_words.page()
-    assert [word for word in (*aliases.WORDS, *aliases.SYNONYMS, *aliases.CHOICES) if f"`{word}`" not in others] == []
-    made = "\n".join(messages.pages().values())
+    made = "\n".join(word_reference.pages().values())
+    assert [c.name for c in word_pages.constructors() if f"```{{word}} {word_reference.target(c)}\n" not in made] == []
+    others = foreign_word_pages.page()
+    assert [
+        word
+        for word in (*foreign_aliases.WORDS, *foreign_aliases.SYNONYMS, *foreign_aliases.CHOICES)
+        if f"`{word}`" not in others
+    ] == []
+    made = "\n".join(message_reference.pages().values())
     assert [code for code in codes() if made.count(f"```{{message}} {code}\n") != 1] == []
 
 
 @pytest.mark.parametrize("name", standard_scenes())
 def test_the_gallery_has_every_scene_as_it_is(name: str) -> None:
     mend = f"python tests/benchmarks/gallery.py {name}"
-    record = gallery.known().get(name)
+    record = scene_gallery.known().get(name)
     assert record is not None, mend
-    assert record["sha256"] == gallery.text_hash(name), mend
-    assert record["picture"] is None or (gallery.PICTURES / f"{name}.png").stat().st_size < PICTURE, mend
+    assert record["sha256"] == scene_gallery.text_hash(name), mend
+    assert record["picture"] is None or (scene_gallery.PICTURES / f"{name}.png").stat().st_size < PICTURE, mend
 
 
 def test_pictures_are_small_and_of_scenes() -> None:
-    files = list(gallery.PICTURES.iterdir())
+    files = list(scene_gallery.PICTURES.iterdir())
     assert {f.stem for f in files} <= standard_scenes().keys()
     assert sum(f.stat().st_size for f in files) < ALL_PICTURES
 
 
 def test_a_scene_that_has_changed_says_so() -> None:
-    name = next(iter(gallery.known()))
-    record = gallery.known()[name]
-    assert gallery.STALE not in gallery.section(name, record)
-    assert gallery.STALE in gallery.section(name, {**record, "sha256": "0"})
-    assert "Nobody has run it" in gallery.section(name, None)
+    name = next(iter(scene_gallery.known()))
+    record = scene_gallery.known()[name]
+    assert scene_gallery.STALE not in scene_gallery.section(name, record)
+    assert scene_gallery.STALE in scene_gallery.section(name, {**record, "sha256": "0"})
+    assert "Nobody has run it" in scene_gallery.section(name, None)
 
 
 def test_docstrings_become_paragraphs_and_formulas() -> None:
@@ -88,10 +98,10 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, tuple[str, ...]]:
     """The whole of it, built once, and what Sphinx warned of."""
-    for name in build.NEEDED:
+    for name in site_builder.NEEDED:
         pytest.importorskip(name)
     folder = tmp_path_factory.mktemp("site")
-    return folder, build.build(folder, build.sources())
+    return folder, site_builder.build(folder, site_builder.sources())
 
 
 @pytest.fixture(scope="module")
@@ -138,8 +148,8 @@ def test_a_name_leads_to_its_place(
     site: tuple[Path, tuple[str, ...]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, opened = site[0], []
-    kept = build.Built(folder, True)
-    monkeypatch.setattr(build, "site", lambda before: kept)
+    kept = site_builder.Built(folder, True)
+    monkeypatch.setattr(site_builder, "site", lambda before: kept)
     monkeypatch.setattr("webbrowser.open", opened.append)
     for name in ("fem", "e204", "surface", "silicone-beam", "gallery"):
         assert main(["docs", name]) == 0
@@ -168,30 +178,30 @@ def test_a_name_leads_to_its_place(
 )  # fmt: skip
 def test_formulas_are_spelt_out(tex: str, braced: str) -> None:
     pytest.importorskip("sphinx")
-    from softmark.interpreter.pages.formulas import spelt_out
+    from softmark.interpreter.documentation.mathml import spelt_out
 
     assert spelt_out(tex) == braced
 
 
 @pytest.mark.slow
 def test_formulas_are_mathml_and_what_leads_nowhere_is_a_warning(tmp_path: Path) -> None:
-    for name in build.NEEDED:
+    for name in site_builder.NEEDED:
         pytest.importorskip(name)
     style = {"_static/softmark.css": b""}
     text = "# A\n\n$\\psi = \\frac{a}{2}$\n\n$$\n\\begin{aligned} a &= b \\\\ c &= \\sqrt{d} \\end{aligned}\n$$\n"
-    assert build.build(tmp_path / "a", {"index.md": text.encode(), **style}) == ()
+    assert site_builder.build(tmp_path / "a", {"index.md": text.encode(), **style}) == ()
     page = (tmp_path / "a" / "index.html").read_text(encoding="utf-8")
     assert "<mfrac>" in page and "<mtable" in page and "<msqrt>" in page  # noqa: PT018
     assert "mathjax" not in page.lower()
     wrong = "# A\n\n$\\nosuch{a}$ {word}`nothing` [there](nowhere.md)\n"
-    assert len(build.build(tmp_path / "b", {"index.md": wrong.encode(), **style})) == 3
+    assert len(site_builder.build(tmp_path / "b", {"index.md": wrong.encode(), **style})) == 3
 
 
 def test_without_the_extra_it_says_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(build, "find_spec", lambda name: None)
-    monkeypatch.setattr(build, "sources", dict)
+    monkeypatch.setattr(site_builder, "find_spec", lambda name: None)
+    monkeypatch.setattr(site_builder, "sources", dict)
     assert main(["docs"]) == 2
     assert 'pip install "softmark[docs]"' in capsys.readouterr().err

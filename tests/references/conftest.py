@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from softmark.references.cantilever import Cantilever, Disc
+from softmark.references.straight_cantilever import Cantilever, Disc
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from softmark.references.cantilever import Cantilever, Disc, Rectangle, Refused
+from softmark.references.straight_cantilever import Cantilever, Disc, Rectangle, Refused
 
 
 def test_silicone_beam_has_the_derived_values_of_the_recovered_experiment(silicone_beam: Cantilever) -> None:

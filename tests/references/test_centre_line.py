@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from softmark.references import REFERENCES
-from softmark.references.cantilever import Cantilever, Disc, Refused
-from softmark.references.centre_line import CentreLine
+from softmark.references.beam_centre_line import CentreLine
+from softmark.references.straight_cantilever import Cantilever, Disc, Refused
 
 Array = NDArray[np.float64]
 

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from softmark.references.cantilever import Refused
 from softmark.references.cattaneo_mindlin import CattaneoMindlin, PartialSlip
 from softmark.references.dimitriadis import Dimitriadis
-from softmark.references.half_space import HalfSpace, Surroundings, Tip
+from softmark.references.half_space_indentation import HalfSpace, Surroundings, Tip
 from softmark.references.hertz import Hertz
 from softmark.references.hertz_line import HertzLine
-from softmark.references.layer import Layer, stiffened
+from softmark.references.indentation import Pressed
+from softmark.references.layer_indentation import PressedLayer
+from softmark.references.layer_integral_equation import Layer, stiffened
 from softmark.references.line_contact import LineContact, Strip, half_width
-from softmark.references.pressed import Pressed
-from softmark.references.pressed_layer import PressedLayer
 from softmark.references.signorini import StoppedBar
 from softmark.references.sneddon import Sneddon
+from softmark.references.straight_cantilever import Refused
 
 BALL = Tip.sphere(10e-3)
 UP = (0.0, 0.0, 1.0)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from softmark.references.ct_volume import CtVolume, isosurface
-from softmark.references.measured import Unreadable
-from softmark.references.surfaces import open_edges, signed_volume
-from softmark.references.volumes import VoxelVolume, read_volume
+from softmark.references.measured_data import Unreadable
+from softmark.references.surface_geometry import open_edges, signed_volume
+from softmark.references.voxel_files import VoxelVolume, read_volume
 
 pytest.importorskip("skimage", reason="needs the extra `imaging`")
 

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expressions import Quantity
-from softmark.references.curve import CurveFromFile
-from softmark.references.measured import Unreadable
-from softmark.references.tables import columns
+from softmark.interpreter.language.expression_evaluation import Quantity
+from softmark.references.csv_tables import columns
+from softmark.references.measured_curve import CurveFromFile
+from softmark.references.measured_data import Unreadable
 
 MM, N = Quantity(1e-3, units.LENGTH), Quantity(1.0, units.FORCE)
 

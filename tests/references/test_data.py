@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from softmark.references import data
-from softmark.references.data import DataSet, Unavailable, find, locate
+from softmark.references import data_download
+from softmark.references.data_download import DataSet, Unavailable, find, locate
 
 CONTENT = b"v 0 0 0\n" * 20_000  # more than one block
 NAME = "test/thing.obj"
@@ -72,12 +72,12 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def entry(cache: Path, monkeypatch: pytest.MonkeyPatch) -> DataSet:
     sha = hashlib.sha256(CONTENT).hexdigest()
     made = DataSet(NAME, "a thing", ("http://127.0.0.1:9/none",), sha, len(CONTENT), "CC0", "Nobody 1900", "")
-    monkeypatch.setitem(data.TABLE, NAME, made)
+    monkeypatch.setitem(data_download.TABLE, NAME, made)
     return made
 
 
 def serve(monkeypatch: pytest.MonkeyPatch, entry: DataSet, *urls: str) -> None:
-    monkeypatch.setitem(data.TABLE, NAME, replace(entry, urls=urls))
+    monkeypatch.setitem(data_download.TABLE, NAME, replace(entry, urls=urls))
 
 
 def left(cache: Path) -> list[Path]:
@@ -99,9 +99,9 @@ def test_a_data_set_is_fetched_once(entry: DataSet, address: str, cache: Path, m
 
 def test_looking_downloads_nothing(entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     serve(monkeypatch, entry, f"{address}/right")
-    assert data.here(NAME) is None
+    assert data_download.here(NAME) is None
     assert Server.asked == []
-    assert locate(NAME) == data.here(NAME)
+    assert locate(NAME) == data_download.here(NAME)
 
 
 def test_the_next_address_is_tried(entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -128,7 +128,7 @@ def test_a_spoilt_cache_is_filled_anew(entry: DataSet, address: str, monkeypatch
 def test_what_cannot_be_fetched_leaves_nothing_and_says_what_to_do(
     entry: DataSet, address: str, cache: Path, monkeypatch: pytest.MonkeyPatch, page: str, reason: str
 ) -> None:
-    monkeypatch.setattr(data, "PATIENCE", 0.3)
+    monkeypatch.setattr(data_download, "PATIENCE", 0.3)
     serve(monkeypatch, entry, f"{address}/{page}")
     with pytest.raises(Unavailable, match=re.escape(reason)) as caught:
         locate(NAME)
@@ -140,7 +140,7 @@ def test_what_cannot_be_fetched_leaves_nothing_and_says_what_to_do(
 
 
 def test_a_download_that_never_ends_is_given_up(entry: DataSet, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(data, "LIMIT", -1.0)
+    monkeypatch.setattr(data_download, "LIMIT", -1.0)
     serve(monkeypatch, entry, f"{address}/right")
     with pytest.raises(Unavailable, match="not finished after"):
         locate(NAME)
@@ -198,26 +198,26 @@ def test_a_plain_path_is_a_file_beside_the_scene(tmp_path: Path) -> None:
         find("scan.obj", tmp_path)
 
 
-@pytest.mark.parametrize("name", data.TABLE)
+@pytest.mark.parametrize("name", data_download.TABLE)
 def test_the_table_says_all_that_it_should(name: str) -> None:
-    entry = data.TABLE[name]
+    entry = data_download.TABLE[name]
     assert entry.name == name
     assert re.fullmatch("[0-9a-f]{64}", entry.sha256)
     assert re.search("/[0-9a-f]{40}/", entry.urls[0]), "the first address must not change"
     assert all(url.startswith("https://") for url in entry.urls)
     assert all((entry.what, entry.licence, entry.citation, entry.checked))
-    assert data.cited(f"data:{name}") == entry.citation
+    assert data_download.cited(f"data:{name}") == entry.citation
 
 
-@pytest.mark.parametrize("name", data.TABLE)
+@pytest.mark.parametrize("name", data_download.TABLE)
 def test_the_table_agrees_with_the_files(name: str) -> None:
     # The files as they were found in the repositories that the table names.
     file = SHARED / name
     if not file.is_file():
         pytest.skip(f"no {file}")
     content = file.read_bytes()
-    assert len(content) == data.TABLE[name].size
-    assert hashlib.sha256(content).hexdigest() == data.TABLE[name].sha256
+    assert len(content) == data_download.TABLE[name].size
+    assert hashlib.sha256(content).hexdigest() == data_download.TABLE[name].sha256
 
 
 def test_naming_measurements_imports_nothing_that_computes_or_fetches() -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from softmark.references.cantilever import Cantilever
-from softmark.references.centre_line import CentreLine
-from softmark.references.collocation import NotSolved
+from softmark.references.beam_centre_line import CentreLine
 from softmark.references.elastica import Elastica
+from softmark.references.elastica_collocation import NotSolved
+from softmark.references.straight_cantilever import Cantilever
 
 Loaded = Callable[..., Cantilever]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from softmark.references.cantilever import Refused
 from softmark.references.graded_bar import PulledBar
+from softmark.references.straight_cantilever import Refused
 
 Floats = NDArray[np.float64]
 

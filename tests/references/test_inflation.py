@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
-from softmark.references.cantilever import Refused
-from softmark.references.inflation import BlownBall
-from softmark.references.rubber import KNOWN, Rubber
+from softmark.references.rubber_energies import KNOWN, Rubber
+from softmark.references.rubber_inflation import BlownBall
+from softmark.references.straight_cantilever import Refused
 
 # REFERENCES 3.5: the laws of its table, Pa, and Arruda-Boyce beside them
 LAWS = {

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.references.markers import TrackedPoints
-from softmark.references.measured import Unreadable
+from softmark.references.measured_data import Unreadable
+from softmark.references.tracked_points import TrackedPoints
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 CUBE = "data:truth-cube/truthcube_uniaxial_positions.csv"

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softmark.references.cantilever import Refused
-from softmark.references.patch_test import Block, Joint, PatchTest, PressedStack, Solid, Stack
+from softmark.references.contact_patch_test import Block, Joint, PatchTest, PressedStack, Solid, Stack
+from softmark.references.straight_cantilever import Refused
 from softmark.solvers.materials.neo_hookean import NeoHookean
 
 HOOKE = Solid(1e6, 0.3, False, 2)

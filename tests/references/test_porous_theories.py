@@ -14,14 +14,14 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import erfc, iv
 
-from softmark.references.between_plates import Squeezed, roots
-from softmark.references.cantilever import Refused
-from softmark.references.collocation import NotSolved
-from softmark.references.confined import Confined, Permeability, PressedColumn, chebyshev
+from softmark.references.confined_compression import Confined, Permeability, PressedColumn, chebyshev
+from softmark.references.elastica_collocation import NotSolved
 from softmark.references.mandel import Mandel
+from softmark.references.poroelastic_compression import Squeezed, roots
+from softmark.references.porous_skeletons import Skeleton
 from softmark.references.prony import Driven, Swing
-from softmark.references.rubber import Rubber
-from softmark.references.skeletons import Skeleton
+from softmark.references.rubber_energies import Rubber
+from softmark.references.straight_cantilever import Refused
 from softmark.references.terzaghi import Column, Terzaghi
 
 ONCE = Driven([(0.0, 1.0)], [])

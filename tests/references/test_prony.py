@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from softmark.references.cantilever import Refused
 from softmark.references.prony import Driven, RelaxingBar, Swing
+from softmark.references.straight_cantilever import Refused
 
 ONCE = Driven([(0.0, 1.0)], [])
 

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from softmark.references.registration import Rigid, face_to_face, icp, kabsch, shortest_turn, turn
-from softmark.references.surfaces import SearchedSurface
+from softmark.references.surface_geometry import SearchedSurface
 
 
 def bracket() -> tuple[np.ndarray, np.ndarray]:

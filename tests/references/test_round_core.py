@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.references.cantilever import Refused
-from softmark.references.round_core import Hookean, RoundCore
+from softmark.references.inclusion import Hookean, RoundCore
+from softmark.references.straight_cantilever import Refused
 
 AFAR = (1.0, 0.3, -0.2)
 STIFF, SOFT = Hookean(5.0, 0.2), Hookean(1.0, 0.4)

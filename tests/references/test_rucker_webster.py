@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from softmark.references.cantilever import Cantilever, Refused
-from softmark.references.driven_rod import DrivenRod, DrivenShape, Equations, Route, driven, states
 from softmark.references.simo_reissner import SimoReissner
+from softmark.references.straight_cantilever import Cantilever, Refused
+from softmark.references.tendon_driven_rod import DrivenRod, DrivenShape, Equations, Route, driven, states
 
 Array = NDArray[np.float64]
 L, EI = 0.2, 1e-3

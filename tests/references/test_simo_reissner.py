@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from softmark.references.cantilever import Cantilever, Disc, Rectangle, Refused
-from softmark.references.centre_line import CentreLine
+from softmark.references.beam_centre_line import CentreLine
 from softmark.references.elastica import Elastica
 from softmark.references.simo_reissner import SimoReissner
+from softmark.references.straight_cantilever import Cantilever, Disc, Rectangle, Refused
 
 Array = NDArray[np.float64]
 Loaded = Callable[..., Cantilever]

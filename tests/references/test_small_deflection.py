@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.references.cantilever import Cantilever
 from softmark.references.small_deflection import SmallDeflection
+from softmark.references.straight_cantilever import Cantilever
 
 
 def test_tip_of_the_silicone_beam(silicone_beam: Cantilever) -> None:

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from softmark.references.data import Unavailable
-from softmark.references.measured import Frame, Unreadable
+from softmark.references.data_download import Unavailable
+from softmark.references.measured_data import Frame, Unreadable
+from softmark.references.measured_surface import SurfaceScan, read_surface
 from softmark.references.registration import Rigid, icp, turn
-from softmark.references.surface import SurfaceScan, read_surface
-from softmark.references.surfaces import SearchedSurface, open_edges, signed_volume
+from softmark.references.surface_geometry import SearchedSurface, open_edges, signed_volume
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 DEFORMED = "data:silicone-beam/truthCylinder-Deformed.obj"

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from softmark.references import surfaces
-from softmark.references.smoothing import taubin
-from softmark.references.surfaces import SearchedSurface, closest_in_triangles
+from softmark.references import surface_geometry
+from softmark.references.surface_geometry import SearchedSurface, closest_in_triangles
+from softmark.references.surface_smoothing import taubin
 
 
 def sphere(radius: float, subdivisions: int = 3) -> tuple[np.ndarray, np.ndarray]:
@@ -72,7 +72,7 @@ def test_search_in_small_lots_finds_the_same(monkeypatch: pytest.MonkeyPatch) ->
     points, triangles = sphere(1.0, 2)
     queries = np.random.default_rng(2).normal(size=(200, 3))
     at_once = SearchedSurface(points, triangles).closest(queries)
-    monkeypatch.setattr(surfaces, "PAIRS", 50)
+    monkeypatch.setattr(surface_geometry, "PAIRS", 50)
     in_lots = SearchedSurface(points, triangles).closest(queries)
     assert np.array_equal(at_once.distances, in_lots.distances)
     assert np.array_equal(at_once.triangles, in_lots.triangles)
@@ -85,26 +85,28 @@ def test_no_queries_have_no_closest_points() -> None:
 def test_volume_area_and_centre_of_a_box() -> None:
     box = trimesh.creation.box((1.0, 2.0, 3.0))
     points, triangles = np.asarray(box.vertices) + 5.0, np.asarray(box.faces)
-    assert surfaces.signed_volume(points, triangles) == pytest.approx(6.0, rel=1e-14)
-    assert surfaces.signed_volume(points, triangles[:, ::-1]) == pytest.approx(-6.0, rel=1e-14)
-    assert surfaces.areas(points, triangles).sum() == pytest.approx(22.0, rel=1e-14)
-    assert surfaces.area_centroid(points, triangles) == pytest.approx([5, 5, 5], rel=1e-14)
-    assert surfaces.open_edges(triangles) == 0
-    assert surfaces.open_edges(triangles[1:]) == 3
-    assert surfaces.open_edges(np.vstack([triangles[1:], triangles[:1, ::-1]])) == 3  # one is turned over
+    assert surface_geometry.signed_volume(points, triangles) == pytest.approx(6.0, rel=1e-14)
+    assert surface_geometry.signed_volume(points, triangles[:, ::-1]) == pytest.approx(-6.0, rel=1e-14)
+    assert surface_geometry.areas(points, triangles).sum() == pytest.approx(22.0, rel=1e-14)
+    assert surface_geometry.area_centroid(points, triangles) == pytest.approx([5, 5, 5], rel=1e-14)
+    assert surface_geometry.open_edges(triangles) == 0
+    assert surface_geometry.open_edges(triangles[1:]) == 3
+    assert surface_geometry.open_edges(np.vstack([triangles[1:], triangles[:1, ::-1]])) == 3  # one is turned over
 
 
 def test_corner_normals_of_a_box_do_not_depend_on_how_its_faces_are_split() -> None:
     # Weighted by angle, three faces of a corner count alike whether they give it one triangle or two.
     box = trimesh.creation.box((1.0, 1.0, 1.0))
     points, triangles = np.asarray(box.vertices), np.asarray(box.faces)
-    assert surfaces.vertex_normals(points, triangles) == pytest.approx(np.sign(points) / math.sqrt(3), abs=1e-14)
+    assert surface_geometry.vertex_normals(points, triangles) == pytest.approx(
+        np.sign(points) / math.sqrt(3), abs=1e-14
+    )
 
 
 def test_parts_are_told_apart() -> None:
     points, triangles = sphere(1.0, 1)
     both = np.vstack([triangles, triangles + len(points)])
-    part = surfaces.parts(2 * len(points), both)
+    part = surface_geometry.parts(2 * len(points), both)
     assert len(set(part[: len(triangles)])) == len(set(part[len(triangles) :])) == 1
     assert part[0] != part[-1]
 
@@ -112,19 +114,19 @@ def test_parts_are_told_apart() -> None:
 def test_rays_meet_a_sphere_where_it_is() -> None:
     # The middle of a triangle, one of 5120, lies R (1 - cos(a)) inside the sphere, a = 0.044 rad on average: 1e-3 R.
     points, triangles = sphere(1.0, 4)
-    directions = surfaces.unit_normals(points, triangles)[::37]
-    out = surfaces.ray_distances(np.zeros_like(directions), directions, points, triangles)
+    directions = surface_geometry.unit_normals(points, triangles)[::37]
+    out = surface_geometry.ray_distances(np.zeros_like(directions), directions, points, triangles)
     assert out == pytest.approx(np.ones(len(out)), abs=1.5e-3)
-    past = surfaces.ray_distances(3 * directions, directions, points, triangles)
+    past = surface_geometry.ray_distances(3 * directions, directions, points, triangles)
     assert np.isinf(past).all()
-    toward = surfaces.normal_distances(3 * directions, directions, points, triangles)
+    toward = surface_geometry.normal_distances(3 * directions, directions, points, triangles)
     assert toward == pytest.approx(np.full(len(out), -2.0), abs=1.5e-3)
 
 
 def test_a_ray_along_an_edge_is_not_lost() -> None:
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     triangles = np.array([[0, 1, 2], [0, 2, 3]])
-    found = surfaces.ray_distances(np.array([[0.5, 0.5, 2.0]]), np.array([[0.0, 0, -1]]), points, triangles)
+    found = surface_geometry.ray_distances(np.array([[0.5, 0.5, 2.0]]), np.array([[0.0, 0, -1]]), points, triangles)
     assert found == pytest.approx([2.0])
 
 
@@ -136,9 +138,9 @@ def test_taubin_smooths_and_keeps_the_volume() -> None:
     smooth = taubin(rough, triangles, 10)
     before, after = (np.linalg.norm(p, axis=1).std() for p in (rough, smooth))
     assert after < 0.5 * before
-    volume = surfaces.signed_volume(points, triangles)
-    assert surfaces.signed_volume(smooth, triangles) == pytest.approx(volume, rel=5e-3)
-    assert surfaces.signed_volume(taubin(points, triangles, 100), triangles) == pytest.approx(volume, rel=5e-3)
+    volume = surface_geometry.signed_volume(points, triangles)
+    assert surface_geometry.signed_volume(smooth, triangles) == pytest.approx(volume, rel=5e-3)
+    assert surface_geometry.signed_volume(taubin(points, triangles, 100), triangles) == pytest.approx(volume, rel=5e-3)
 
 
 def test_taubin_moves_neither_a_point_without_neighbours_nor_anything_in_no_steps() -> None:

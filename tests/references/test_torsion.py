@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.references.cantilever import Refused
-from softmark.references.rubber import Rubber
-from softmark.references.torsion import TwistedCylinder
+from softmark.references.rubber_energies import Rubber
+from softmark.references.rubber_torsion import TwistedCylinder
+from softmark.references.straight_cantilever import Refused
 from tests.references.test_inflation import LAWS
 
 MU = 20e3  # Pa

@@ -9,8 +9,8 @@ import pytest
 import trimesh
 
 from softmark.references import virtual_scan
-from softmark.references.measured import Unreadable
-from softmark.references.surfaces import signed_volume
+from softmark.references.measured_data import Unreadable
+from softmark.references.surface_geometry import signed_volume
 from softmark.references.virtual_scan import Scanner, VirtualScan, coverage, scan
 
 VOXEL = (0.425e-3, 0.425e-3, 0.62e-3)  # of the CT of Marchal et al. 2008, 512 x 512 x 113 of them

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from lsprotocol import types
 
-from softmark.interpreter.editor import completion, hints, hover, signature
-from softmark.interpreter.editor.diagnostics import diagnostics
-from softmark.interpreter.editor.document import Document
+from softmark.interpreter.language_server import code_completion, hover_text, inlay_hints, signature_help
+from softmark.interpreter.language_server.published_diagnostics import diagnostics
+from softmark.interpreter.language_server.text_document import Document
 
 SCENE = """\
 param L = 178 mm in 10 mm .. 1 m
@@ -34,20 +34,20 @@ def marked(text: str, folder: Path = Path()) -> tuple[Document, types.Position]:
 def completed(text: str, folder: Path = Path()) -> list[types.CompletionItem]:
     """What is offered at the mark."""
     document, at = marked(text, folder)
-    return completion.complete(document, types.CompletionParams(types.TextDocumentIdentifier("a"), at)).items
+    return code_completion.complete(document, types.CompletionParams(types.TextDocumentIdentifier("a"), at)).items
 
 
 def hovered(text: str) -> str:
     """What is said of the word at the mark, empty where nothing is."""
     document, at = marked(text)
-    found = hover.hover(document, types.HoverParams(types.TextDocumentIdentifier("a"), at))
+    found = hover_text.hover(document, types.HoverParams(types.TextDocumentIdentifier("a"), at))
     return found.contents.value if found and isinstance(found.contents, types.MarkupContent) else ""
 
 
 def signed(text: str) -> tuple[str, str]:
     """The call around the mark as it is shown, and of it the field at hand."""
     document, at = marked(text)
-    found = signature.signature(document, types.SignatureHelpParams(types.TextDocumentIdentifier("a"), at))
+    found = signature_help.signature(document, types.SignatureHelpParams(types.TextDocumentIdentifier("a"), at))
     if found is None:
         return "", ""
     one = found.signatures[0]
@@ -61,9 +61,11 @@ def answers(document: Document) -> dict[str, Callable[[], object]]:
     """All that is asked at the end of a text."""
     at, text = document.position(len(document.text)), types.TextDocumentIdentifier("a")
     return {
-        "completion": lambda: completion.complete(document, types.CompletionParams(text, at)),
-        "hover": lambda: hover.hover(document, types.HoverParams(text, at)),
-        "signature help": lambda: signature.signature(document, types.SignatureHelpParams(text, at)),
+        "completion": lambda: code_completion.complete(document, types.CompletionParams(text, at)),
+        "hover": lambda: hover_text.hover(document, types.HoverParams(text, at)),
+        "signature help": lambda: signature_help.signature(document, types.SignatureHelpParams(text, at)),
         "diagnostics": lambda: diagnostics(document),
-        "hints": lambda: hints.hints(document, types.InlayHintParams(text, types.Range(types.Position(0, 0), at))),
+        "hints": lambda: inlay_hints.hints(
+            document, types.InlayHintParams(text, types.Range(types.Position(0, 0), at))
+        ),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.rod import RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodLoad
 
 
 def concentrated(rest: Floats, node: int, force: Floats) -> RodLoad:

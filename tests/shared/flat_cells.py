@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from softmark.solvers.mesh.flat import Slice
+from softmark.solvers.mesh.plane_regions import Slice
 
 
 def skfem_mesh(region: Slice, element: str, size: float) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import meshio
 import numpy as np
 
-from softmark.solvers.mesh.flat import Flat
+from softmark.solvers.mesh.plane_regions import Flat
 
 KINDS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad8": "quad8", "quad9": "quad9"}
 TYPES = {"triangle": 2, "triangle6": 9, "quad": 3, "quad8": 16, "quad9": 10, "line": 1}

@@ -6,9 +6,9 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.pressures import pressures
+from softmark.solvers.mesh.pressure_interpolation import pressures
 
 
 def inf_sup(mesh: Mesh, fixed: Ints) -> Floats:

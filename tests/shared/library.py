@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import softmark
-from softmark.interpreter.face.api import LoadedScene
+from softmark.interpreter.api.python_api import LoadedScene
 
 
 @cache

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from lsprotocol import types
 
-from softmark.interpreter.editor.document import Document
+from softmark.interpreter.language_server.text_document import Document
 
 
 class Marked(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from softmark.solvers.dynamics.mass import times
+from softmark.solvers.dynamics.mass_matrices import times
 from softmark.solvers.energies.energy import Floats
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.solvers.elements import element_of
-from softmark.solvers.elements.cells import Hexahedron
+from softmark.solvers.elements.reference_cells import Hexahedron
+from softmark.solvers.mesh.cell_splitting import chessboard, meshed
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.splits import chessboard, meshed
 
 
 def octant(inner: float, outer: float, along: int, through: int, kind: str) -> Mesh:

@@ -1,6 +1,6 @@
 """The blocks of a page of the documentation, run from top to bottom in a folder of its own.
 
-What a fence may say is in `interpreter/pages/README.md`.
+What a fence may say is in `interpreter/documentation/README.md`.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from typing import Any
 
 import softmark
 from softmark.grammar.diagnostic import Source, render
-from softmark.grammar.parse import parse
+from softmark.grammar.parser import parse
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.front.load import checked
+from softmark.interpreter.validation.scene_loader import checked
 
 FENCE = re.compile(
     r"^(?P<indent> *)(?P<fence>```+)(?P<info>[^`\n{][^`\n]*)\n(?P<body>.*?)^ *(?P=fence) *$", re.M | re.S

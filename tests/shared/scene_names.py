@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from softmark.grammar import tree
 from softmark.grammar.diagnostic import Source
-from softmark.grammar.parse import parse
-from softmark.interpreter.front.catalogue import CATALOGUE
-from softmark.interpreter.results.names import Named, Names
+from softmark.grammar.parser import parse
+from softmark.interpreter.results.declarations import Named, Names
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 
 def names_in(text: str, parameters: Mapping[str, float] | None = None) -> Names:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.checks.solids import Floats, Stress, cofactor
+from softmark.solvers.independent_forces.solid_forces import Floats, Stress, cofactor
 from softmark.solvers.materials.arruda_boyce import ArrudaBoyce
 from softmark.solvers.materials.fung import Fung
 from softmark.solvers.materials.fung_orthotropic import FungOrthotropic
@@ -21,7 +21,7 @@ from softmark.solvers.materials.gent import Gent
 from softmark.solvers.materials.guccione import Guccione
 from softmark.solvers.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from softmark.solvers.materials.holzapfel_ogden import HolzapfelOgden
-from softmark.solvers.materials.isochoric import Isochoric
+from softmark.solvers.materials.isochoric_split import Isochoric
 from softmark.solvers.materials.mooney_rivlin import MooneyRivlin
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric

@@ -12,15 +12,15 @@ from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import Integrator
-from softmark.solvers.dynamics.problem import Dynamics
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.trajectory import Trajectory
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, Law, law_for
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.statics.equilibrium import Statics
+from softmark.solvers.statics.static_equilibrium import Statics
 
 
 @pytest.fixture(scope="session")

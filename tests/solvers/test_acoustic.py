@@ -12,11 +12,11 @@ from directed_laws import LAWS
 from numpy.typing import NDArray
 
 from softmark.solvers.materials import DIRECTED, law_for, mixed_for
-from softmark.solvers.materials.acoustic import DIRECTIONS
-from softmark.solvers.materials.asked import Held
-from softmark.solvers.materials.components import components
+from softmark.solvers.materials.acoustic_tensor import DIRECTIONS
+from softmark.solvers.materials.batched_stability import Held
 from softmark.solvers.materials.ellipticity import lost
-from softmark.solvers.materials.frame import Frame
+from softmark.solvers.materials.material_axes import Frame
+from softmark.solvers.materials.tensor_components import components
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(7)

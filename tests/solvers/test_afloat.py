@@ -7,22 +7,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.front.afloat import HEAVY
+from softmark.interpreter.validation.free_body_checks import HEAVY
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.afloat import Bodies, Free, RubbingAfloat, afloat, right_jacobian
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps import gap_of
-from softmark.solvers.contact.gaps.surface import Surface
-from softmark.solvers.contact.inertia import VOLUMES, volume_of
-from softmark.solvers.contact.inner import inner
-from softmark.solvers.contact.pose import Pose, exponential
-from softmark.solvers.contact.pulled import Pulled
-from softmark.solvers.contact.rubbing import rubbing
-from softmark.solvers.contact.touching import Touching
-from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.facet_contact_points import inner
+from softmark.solvers.contact.free_rigid_bodies import Bodies, Free, RubbingAfloat, afloat, right_jacobian
+from softmark.solvers.contact.rigid_body_loads import Pulled
+from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.rigid_friction import rubbing
+from softmark.solvers.contact.rigid_mass_properties import VOLUMES, volume_of
+from softmark.solvers.contact.rigid_transform import Pose, exponential
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.contact.signed_distance.triangle_surface import Surface
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.tubes import Tube
 
 R, L, AXIS, AT = 0.3, 1.0, (0.0, 0.6, 0.8), (0.1, 0.2, 0.3)
 ACROSS = (3.0 * R**2 + L**2) / 12.0

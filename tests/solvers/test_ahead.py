@@ -12,48 +12,52 @@ from typing import Any
 
 import pytest
 
-from softmark.solvers.base import ahead, jit
+from softmark.solvers.runtime import kernel_cache, parallel_compilation
 
 
 @pytest.fixture
 def started(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
     """The processes that were started; there are two processors, whatever this machine has."""
     found: list[Any] = []
-    start = ahead._started
+    start = parallel_compilation._started
 
     def seen(code: str) -> Any:
         found.append(start(code))
         return found[-1]
 
-    monkeypatch.setattr(ahead, "processors", lambda: 2)
-    monkeypatch.setattr(ahead, "_started", seen)
-    monkeypatch.setattr(jit, "_made", 0)
+    monkeypatch.setattr(parallel_compilation, "processors", lambda: 2)
+    monkeypatch.setattr(parallel_compilation, "_started", seen)
+    monkeypatch.setattr(kernel_cache, "_made", 0)
     yield found
     assert all(process.poll() is not None for process in found)
 
 
 def test_what_it_makes_is_counted_here(started: list[Any]) -> None:
-    with ahead.asked(True), ahead.beside("print(3)"):
-        assert jit.made() == 0
+    with parallel_compilation.asked(True), parallel_compilation.beside("print(3)"):
+        assert kernel_cache.made() == 0
     assert len(started) == 1
-    assert jit.made() == 3
+    assert kernel_cache.made() == 3
 
 
 @pytest.mark.parametrize("code", ["import os; os.abort()", "import nothing_of_that_name", "print('three')"])
 def test_one_that_crashes_is_done_without(started: list[Any], code: str) -> None:
-    with ahead.asked(True), ahead.beside(code):
+    with parallel_compilation.asked(True), parallel_compilation.beside(code):
         pass
     assert len(started) == 1
-    assert jit.made() == 0
+    assert kernel_cache.made() == 0
 
 
 def test_one_that_does_not_end_is_ended(started: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """Both when all else is done, and when that failed: nobody waits a minute."""
     begin = time.monotonic()
-    monkeypatch.setattr(ahead, "PATIENCE", 0.05)
-    with ahead.asked(True), ahead.beside("import time; time.sleep(60)"):
+    monkeypatch.setattr(parallel_compilation, "PATIENCE", 0.05)
+    with parallel_compilation.asked(True), parallel_compilation.beside("import time; time.sleep(60)"):
         pass
-    with pytest.raises(KeyboardInterrupt), ahead.asked(True), ahead.beside("import time; time.sleep(60)"):
+    with (
+        pytest.raises(KeyboardInterrupt),
+        parallel_compilation.asked(True),
+        parallel_compilation.beside("import time; time.sleep(60)"),
+    ):
         raise KeyboardInterrupt
     assert len(started) == 2
     assert time.monotonic() - begin < 30.0
@@ -61,18 +65,21 @@ def test_one_that_does_not_end_is_ended(started: list[Any], monkeypatch: pytest.
 
 def test_none_is_started_where_it_would_not_help(started: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """Not where nobody asked, with one processor, in a program without a Python, or where nothing can be kept."""
-    with ahead.beside("print(3)"):
+    with parallel_compilation.beside("print(3)"):
         pass
     for place, name, value in (
-        (ahead, "processors", lambda: 1), (sys, "executable", ""), (sys, "frozen", True), (jit, "CACHED", False),
+        (parallel_compilation, "processors", lambda: 1),
+        (sys, "executable", ""),
+        (sys, "frozen", True),
+        (kernel_cache, "CACHED", False),
         (os, "access", lambda path, mode: False),
-    ):  # fmt: skip
+    ):
         with monkeypatch.context() as other:
             other.setattr(place, name, value, raising=False)
-            with ahead.asked(True), ahead.beside("print(3)"):
+            with parallel_compilation.asked(True), parallel_compilation.beside("print(3)"):
                 pass
     assert started == []
-    assert jit.made() == 0
+    assert kernel_cache.made() == 0
 
 
 def test_nothing_is_imported_from_where_it_starts(
@@ -82,11 +89,11 @@ def test_nothing_is_imported_from_where_it_starts(
     (tmp_path / "numpy.py").write_text("open('imported', 'w')\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     with (
-        ahead.asked(True),
-        ahead.beside("import importlib.util as u; print(int('site' in u.find_spec('numpy').origin))"),
+        parallel_compilation.asked(True),
+        parallel_compilation.beside("import importlib.util as u; print(int('site' in u.find_spec('numpy').origin))"),
     ):
         pass
-    assert jit.made() == 1
+    assert kernel_cache.made() == 1
 
 
 @pytest.mark.long
@@ -94,7 +101,7 @@ def test_nothing_is_imported_from_where_it_starts(
 def test_a_cold_run_says_what_both_have_made(tmp_path: Path) -> None:
     """All kernels on disk are of the two, each made once; then all is there, and nothing is said or started."""
     said, answers, kernels = [], [], []
-    if ahead.processors() < 2:
+    if parallel_compilation.processors() < 2:
         pytest.skip("one processor")
     for _ in range(2):
         run = subprocess.run(
@@ -104,7 +111,7 @@ def test_a_cold_run_says_what_both_have_made(tmp_path: Path) -> None:
         )  # fmt: skip
         said.append([line for line in run.stderr.splitlines() if "compiling" in line])
         answers.append(next(line.split()[:12] for line in run.stdout.splitlines() if line.startswith("corot_tet")))
-        kernels.append({file.name for file in (tmp_path / "cache").rglob(f"*{jit.SUFFIX}")})
+        kernels.append({file.name for file in (tmp_path / "cache").rglob(f"*{kernel_cache.SUFFIX}")})
     assert said[0][0] == "  compiling kernels, once for this version ..."
     assert said[0][1].startswith(f"  compiling kernels: {len(kernels[0])}, ")
     assert said[1] == []

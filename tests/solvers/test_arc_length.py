@@ -12,20 +12,20 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import VectorSpace
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
-from softmark.solvers.energies.springs import Springs
+from softmark.solvers.energies.spring_energy import Springs
 from softmark.solvers.linear import factorisations
 from softmark.solvers.materials import MATERIALS, Law, parts_for
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
-from softmark.solvers.statics.stability import critical_load, direct
+from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.static_stability import critical_load, direct
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from softmark.solvers.assembly import patterns
+from softmark.solvers.assembly import sparsity_patterns
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
@@ -154,7 +154,7 @@ def by_hand(size: int, number: np.ndarray, stencils: list[np.ndarray], values: l
 @pytest.mark.parametrize("held", [0, 1, 25, 88])
 def test_a_pattern_takes_every_entry_to_its_place(held: int, blocks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random stencils of two kinds, with unknowns held here and there, against scipy's own sums: the same triplets."""
-    monkeypatch.setattr(patterns, "PAIRS", 50)  # in several goes
+    monkeypatch.setattr(sparsity_patterns, "PAIRS", 50)  # in several goes
     rng = np.random.default_rng(held)
     dofs, stencils = 90, []
     for count, wide in ((40, 4), (15, 2)):
@@ -165,7 +165,7 @@ def test_a_pattern_takes_every_entry_to_its_place(held: int, blocks: bool, monke
     number = np.full(dofs, -1)
     number[free] = np.arange(len(free))
     values = [rng.normal(size=(*s.shape, s.shape[1])) for s in stencils]
-    pattern = patterns.prepare(dofs, fixed, stencils)
+    pattern = sparsity_patterns.prepare(dofs, fixed, stencils)
     data = np.zeros(len(pattern.indices))
     for slots, local in zip(pattern.slots, values, strict=True):
         np.add.at(data, slots[slots >= 0], local[slots >= 0])

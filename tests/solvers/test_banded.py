@@ -10,12 +10,12 @@ import pytest
 from scipy import sparse
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
 from softmark.solvers.linear import factorisations
-from softmark.solvers.sparse import banded
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.sparse import banded_cholesky
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 LENGTH, RADIUS = 0.178, 0.019  # m, the silicone beam of 2008
 
@@ -98,7 +98,7 @@ def test_a_pattern_is_known_by_its_arrays_and_numbers_are_each_matrix_own() -> N
     second = problem.assembly.pattern.matrix(2.0 * first.data)
     b = np.ones(first.shape[0])
     x = factorisations.factor(first).solve(b)
-    known = [entry for entry in banded._KNOWN if entry[0]() is first.indptr]
+    known = [entry for entry in banded_cholesky._KNOWN if entry[0]() is first.indptr]
     np.testing.assert_allclose(factorisations.factor(second).solve(b), 0.5 * x, rtol=1e-13)
     assert len(known) == 1
     assert first.indptr is second.indptr

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.mesh.border import bordering
+from softmark.solvers.mesh.plane_boundary import bordering
 
 
 def test_facets_of_faces_and_of_the_axis_are_no_border() -> None:

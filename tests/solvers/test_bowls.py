@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from softmark.solvers.mesh.bowls import Bowl, BowlSection
-from softmark.solvers.mesh.flat import Slice
+from softmark.solvers.mesh.ellipsoidal_shells import Bowl, BowlSection
+from softmark.solvers.mesh.plane_regions import Slice
 
 WALL = (0.007, 0.017, 0.010, 0.020)
 PLACED = {"axis": (0.0, 0.6, -0.8), "origin": (0.1, -0.2, 0.3)}

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps.round import Ball
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.contact.rubbing import Rubbing, rubbing
-from softmark.solvers.contact.touching import Touching, node_areas
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.rigid_contact import Touching, node_areas
+from softmark.solvers.contact.rigid_friction import Rubbing, rubbing
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 E, NU, MU, R, D = 1e4, 0.3, 0.5, 10e-3, 0.5e-3
 REACH, FINE = 16e-3, 2.8e-3  # half of the block, and of what is finely meshed

@@ -10,25 +10,25 @@ from equal_moduli import CONSTANTS as OWN
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressured import with_pressures
-from softmark.solvers.checks import solids
-from softmark.solvers.checks.differences import EnergyStress
-from softmark.solvers.checks.pressures import Pressed, split_of
-from softmark.solvers.checks.rods import CheckedRod, exponential, left_jacobian, rotation_vector
+from softmark.solvers.assembly.mixed_elements import with_pressures
 from softmark.solvers.elements import CELLS, ELEMENTS
-from softmark.solvers.energies import elementwise
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.elementwise import ElementRotation
-from softmark.solvers.energies.loads import FollowerPressure
-from softmark.solvers.energies.pressures import MeanDilatation
-from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.energies import element_corotational
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.element_corotational import ElementRotation
+from softmark.solvers.energies.external_loads import FollowerPressure
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic
+from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
-from softmark.solvers.energies.springs import Springs
+from softmark.solvers.energies.spring_energy import Springs
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
+from softmark.solvers.independent_forces.rod_forces import CheckedRod, exponential, left_jacobian, rotation_vector
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, parts_for
-from softmark.solvers.materials.polar import rotations
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.materials.polar_decomposition import rotations
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
 
@@ -56,11 +56,14 @@ def bent(mesh: Mesh) -> np.ndarray:
 @pytest.mark.parametrize("kind", [*CELLS])
 def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
     xi = np.random.default_rng(0).random((5, 3)) / 3.0
-    assert solids.places(kind) == pytest.approx(CELLS[kind].places())
-    assert solids.shape(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
-    assert solids.slope(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
+    assert solid_forces.places(kind) == pytest.approx(CELLS[kind].places())
+    assert solid_forces.shape(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
+    assert solid_forces.slope(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
     for centre in (False, True):  # points of the same polynomials, in any order
-        (own, w), (known, v) = solids.rule(kind, centre), (CELLS[kind].quadrature(), centre_rule(CELLS[kind]))[centre]
+        (own, w), (known, v) = (
+            solid_forces.rule(kind, centre),
+            (CELLS[kind].quadrature(), centre_rule(CELLS[kind]))[centre],
+        )
         assert w @ own**2 == pytest.approx(v @ known**2, abs=1e-13)
         assert len(w) == len(v)
 
@@ -68,7 +71,7 @@ def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
 def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
     F = np.random.default_rng(0).standard_normal((200, 3, 3))
     F[0], F[1] = np.eye(3), np.diag([1.0, 1.0, -0.5])
-    R = solids.polar(F)
+    R = solid_forces.polar(F)
     assert R @ R.transpose(0, 2, 1) == pytest.approx(np.broadcast_to(np.eye(3), R.shape), abs=1e-13)
     assert np.linalg.det(R) == pytest.approx(1.0)
     U, s, Vt = np.linalg.svd(F)  # the largest trace of R^T F is s1 + s2 +- s3 (Kabsch 1976)
@@ -80,8 +83,10 @@ def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
 @pytest.mark.parametrize("selective", [False, True])
 def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
     u = bent(mesh)
-    law = {"small": solids.small_stress, "corotational": solids.corotational_stress}.get(strain)
-    terms: Any = (solids.StressTerm(EnergyStress(GEL.psi)),) if law is None else (solids.StressTerm(law(MU, LAM)),)
+    law = {"small": solid_forces.small_stress, "corotational": solid_forces.corotational_stress}.get(strain)
+    terms: Any = (
+        (solid_forces.StressTerm(EnergyStress(GEL.psi)),) if law is None else (solid_forces.StressTerm(law(MU, LAM)),)
+    )
     parts = integration(mesh)
     energies = [Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, strain))]
     if selective:
@@ -91,9 +96,9 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
         middle = integration(mesh, rule=centre_rule(mesh.element))
         energies = [Elastic(mesh.cells, parts.dNdX, parts.w, shear), Elastic(mesh.cells, middle.dNdX, middle.w, volume)]
         two = (EnergyStress(shear.psi), EnergyStress(volume.psi)) if law is None else (law(MU, 0.0), law(0.0, LAM))
-        terms = (solids.StressTerm(two[0]), solids.StressTerm(two[1], centre=True))
+        terms = (solid_forces.StressTerm(two[0]), solid_forces.StressTerm(two[1], centre=True))
     g = Assembly(u.size, np.zeros(0, dtype=np.int64), energies, []).gradient(u.ravel(), 1.0)
-    found, noise = solids.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)
+    found, noise = solid_forces.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
     assert 0.0 < noise < 1e-12
 
@@ -101,12 +106,14 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
 def test_forces_with_one_rotation_for_each_cell(mesh: Mesh) -> None:
     u, parts, rest = bent(mesh), integration(mesh), np.eye(3)[None]
     law = law_for(GEL, "small")
-    K = elementwise.stiffness(parts.dNdX, parts.w, law.dPdF(rest)[0])
-    energy = ElementRotation(mesh.points, mesh.cells, elementwise.mean(parts.dNdX, parts.w), K, rotations)
+    K = element_corotational.stiffness(parts.dNdX, parts.w, law.dPdF(rest)[0])
+    energy = ElementRotation(mesh.points, mesh.cells, element_corotational.mean(parts.dNdX, parts.w), K, rotations)
     g = np.zeros(u.size)
     energy.add_gradient(u.ravel(), g)
-    term = solids.StressTerm(solids.small_stress(MU, LAM))
-    found, _ = solids.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(mesh.cells)
+    term = solid_forces.StressTerm(solid_forces.small_stress(MU, LAM))
+    found, _ = solid_forces.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (term,), 1.0, turned=True).forces(
+        mesh.cells
+    )
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
 
 
@@ -176,15 +183,15 @@ def test_forces_are_the_slope_of_an_energy_written_anew(law: str, strain: str, m
 
     M is the modulus that the documentation states: lam = 1.5 mu at nu = 0.3, less the mu / 3 that stays.
     """
-    X = 0.5 * solids.places("hex8")
+    X = 0.5 * solid_forces.places("hex8")
     points = np.concatenate([X, X[4:] + np.array([0.1, 0.0, 1.1])])
     cells = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
     K = 1.0 / (3.0 * 0.4) if strain != "finite" else (1.5 - 1.0 / 3.0) / 2.6
     mesh, own = Mesh(points, cells, "hex8"), np.array([[0.07], [-0.04]])
     whole = law_for(made(law, 1.0, 0.3), strain)
     measure = MEASURES[law if strain == "finite" else strain]
-    xi, weights = solids.rule("hex8")
-    dNdX, det = solids.gradients(points, cells, "hex8", xi)
+    xi, weights = solid_forces.rule("hex8")
+    dNdX, det = solid_forces.gradients(points, cells, "hex8", xi)
 
     def energy(u: np.ndarray) -> float:
         F = np.einsum("mai,mqaJ->mqiJ", u[cells], dNdX).reshape(-1, 3, 3) + np.eye(3)
@@ -212,16 +219,16 @@ def test_a_material_of_which_no_formula_is_known_is_left_alone() -> None:
 def test_pressure_on_the_deformed_surface(mesh: Mesh) -> None:
     u, g = bent(mesh), np.zeros(mesh.points.size)
     FollowerPressure(mesh.points, mesh.facets, 2.0).add_gradient(u.ravel(), g)
-    found = solids.surface_forces(mesh.points + u, mesh.facets, lambda dA: -2.0 * dA)
+    found = solid_forces.surface_forces(mesh.points + u, mesh.facets, lambda dA: -2.0 * dA)
     assert np.abs(found.ravel() + g).max() < SAME * np.abs(g).max()
     assert found.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12)  # a closed surface
 
 
 @pytest.mark.parametrize("how", ["consistent", "lumped", "uniform"])
 def test_weight(mesh: Mesh, how: str) -> None:
-    from softmark.interpreter.models.shared.loading import nodal_mass
+    from softmark.interpreter.models.shared.load_setup import nodal_mass
 
-    own = solids.weights_of(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
+    own = solid_forces.weights_of(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
     theirs = nodal_mass(mesh, integration(mesh), 3.0, how)  # type: ignore[arg-type]
     assert own == pytest.approx(theirs, abs=1e-13)
 
@@ -230,27 +237,27 @@ def test_springs(mesh: Mesh) -> None:
     edges = np.unique(np.sort(mesh.cells[:, :2], axis=1), axis=0)
     k, u, g = np.linspace(1.0, 2.0, len(edges)), bent(mesh), np.zeros(mesh.points.size)
     Springs(edges, mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], k).add_gradient(u.ravel(), g)
-    found, _ = solids.spring_forces(mesh.points, edges, k, u)
+    found, _ = solid_forces.spring_forces(mesh.points, edges, k, u)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()
 
 
 def test_cells_inside_out_are_seen_at_their_nodes_too() -> None:
-    points = solids.places("hex8") * 0.5
+    points = solid_forces.places("hex8") * 0.5
     u = np.zeros((8, 3))
     u[6] = -0.4  # towards the middle: det F is positive at the eight Gauss points and not at the corner
     mesh = Mesh(points, np.arange(8)[None], "hex8")
     parts = integration(mesh)
     inner = np.linalg.det(Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, "finite")).F(u.ravel()))
-    least, strain = solids.CheckedBody(points, mesh.cells, "hex8", u, (), 1.0).volumes()
+    least, strain = solid_forces.CheckedBody(points, mesh.cells, "hex8", u, (), 1.0).volumes()
     assert inner.min() > 0.0 > least[0]
     assert strain[0] > 0.1
 
 
 def test_a_sample_of_a_large_mesh_has_whole_nodes() -> None:
     mesh = Cylinder(length=1.0, radius=0.4).mesh("tet4", 0.1)
-    u, term = bent(mesh), solids.StressTerm(solids.small_stress(MU, LAM))
-    body = solids.CheckedBody(mesh.points, mesh.cells, "tet4", u, (term,), 1.0)
-    chosen, cells = solids.sample(len(mesh.points), mesh.cells, solids.MANY)  # as if it were very large
+    u, term = bent(mesh), solid_forces.StressTerm(solid_forces.small_stress(MU, LAM))
+    body = solid_forces.CheckedBody(mesh.points, mesh.cells, "tet4", u, (term,), 1.0)
+    chosen, cells = solid_forces.sample(len(mesh.points), mesh.cells, solid_forces.MANY)  # as if it were very large
     assert chosen is not None
     whole, part = body.forces(mesh.cells)[0], body.forces(cells)[0]
     assert part[chosen] == pytest.approx(whole[chosen], abs=1e-14)

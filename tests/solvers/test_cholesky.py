@@ -7,10 +7,10 @@ import pytest
 from scipy import sparse
 
 from softmark.solvers.linear.factorisations import Singular, Unsolved, factor
-from softmark.solvers.linear.sequence import LinearSolver
-from softmark.solvers.sparse.cholesky import Cholesky, Indefinite
-from softmark.solvers.sparse.order import by_degree
-from softmark.solvers.sparse.symbolic import _tree, analyse, sketch
+from softmark.solvers.linear.recycled_solves import LinearSolver
+from softmark.solvers.sparse.ordering import by_degree
+from softmark.solvers.sparse.sparse_cholesky import Cholesky, Indefinite
+from softmark.solvers.sparse.symbolic_factorization import _tree, analyse, sketch
 
 
 def grid(n: int, block: int = 1, shift: float = 0.1) -> sparse.csr_matrix:

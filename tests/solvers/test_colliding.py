@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.single import SingleAssembly
-from softmark.solvers.checks.crossings import crossings
-from softmark.solvers.contact.skin import pieces_of, skin_of
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.assembly.single_precision import SingleAssembly
+from softmark.solvers.contact.contact_surface import pieces_of, skin_of
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
+from softmark.solvers.independent_forces.self_intersection import crossings
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.apart import Apart
-from softmark.solvers.mesh.flat import Quadrilateral
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 pytest.importorskip("ipctk")
-from softmark.solvers.contact.colliding import Colliding
+from softmark.solvers.contact.deformable_contact import Colliding
 
 GAP = 2e-3
 

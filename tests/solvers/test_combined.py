@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.problem.conforming import graded
-from softmark.solvers.mesh import filling
-from softmark.solvers.mesh.combined import Combined, Difference, Intersection, Union
-from softmark.solvers.mesh.files.closed import Closed
-from softmark.solvers.mesh.files.flaws import UnreadableMesh
-from softmark.solvers.mesh.filled import NEAR
-from softmark.solvers.mesh.flat import QuarterRing
+from softmark.interpreter.language.coordinate_conditions import Condition, Term
+from softmark.interpreter.problem.conforming_mesh import graded
+from softmark.solvers.mesh import tetrahedralization
+from softmark.solvers.mesh.boolean_shapes import Combined, Difference, Intersection, Union
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+from softmark.solvers.mesh.files.watertight_repair import Closed
+from softmark.solvers.mesh.plane_regions import QuarterRing
 from softmark.solvers.mesh.shape import Bounds
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, Sphere, Tube
+from softmark.solvers.mesh.surface_bodies import NEAR
 
 needs_library = pytest.mark.skipif(find_spec("manifold3d") is None, reason="needs the extra `solids`")
 needs_both = pytest.mark.skipif(
@@ -142,7 +142,7 @@ def test_facets_suit_the_smallest_cells(tmp_path: Path, monkeypatch: pytest.Monk
     By a mesher that only tells what it was given.
     """
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(filling, "MESHER", "numpy")
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     given: list[tuple[float, float, float]] = []
 
     def mesher(surface: Closed, size: float, tolerance: float, **field: Any) -> Any:
@@ -150,7 +150,7 @@ def test_facets_suit_the_smallest_cells(tmp_path: Path, monkeypatch: pytest.Monk
         box = CUBE.mesh("tet4", 2 * R)
         return box.points, box.cells, 1.0
 
-    monkeypatch.setattr(filling, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
     shape = BODIES["drilled"][0]
     low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
     mesh = shape.mesh("tet4", R / 2, graded(low, shape, 4.0))

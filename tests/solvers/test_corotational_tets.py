@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.patterns import prepare
+from softmark.solvers.assembly.sparsity_patterns import prepare
 from softmark.solvers.energies import corotational_tets
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.materials import corotational, polar
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.materials import corotational, polar_decomposition
 from softmark.solvers.materials.corotational import Corotational
 
 LAW = Corotational(2.0, 7.0)
@@ -63,7 +63,7 @@ def state(name: str, points: np.ndarray) -> np.ndarray:
 
 def test_the_thresholds_are_those_of_the_law() -> None:
     """An energy imports no law, and has its own copies."""
-    assert corotational_tets.GAP == polar.GAP
+    assert corotational_tets.GAP == polar_decomposition.GAP
     assert corotational_tets.FLOOR == corotational.FLOOR
 
 

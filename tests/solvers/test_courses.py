@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from softmark.interpreter.vocabulary.courses import Pulse, Ramp, Sine, Smooth
+from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.loading import Course
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.time_integration import march
+from softmark.solvers.energies.external_loads import DeadForces
 
 NAMES = sorted(INTEGRATORS)
 NONE = np.zeros(0, dtype=np.int64)  # nothing is held

@@ -19,11 +19,11 @@ import pytest
 from scipy.linalg import eigh
 
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.frequencies import ACCURACY, Frequencies
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Rayleigh
-from softmark.solvers.dynamics.scheme import StepTooLong
-from softmark.solvers.dynamics.system import System
+from softmark.solvers.dynamics.critical_time_step import ACCURACY, Frequencies
+from softmark.solvers.dynamics.dynamic_problem import Rayleigh
+from softmark.solvers.dynamics.implicit_step import System
+from softmark.solvers.dynamics.integrator import StepTooLong
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged
 
 BAR = 0.05

@@ -7,25 +7,27 @@ from functools import partial
 import numpy as np
 import pytest
 
-from softmark.solvers.checks import solids, touching
-from softmark.solvers.checks.cuts import deepest
-from softmark.solvers.elements.facets import FACETS
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.independent_forces import rigid_contact_forces, solid_forces
+from softmark.solvers.independent_forces.penetration_depth import deepest
 
 FLAT = np.array([[(-2.0, -1.5, 0.0), (2.5, -1.5, 0.0), (0.0, 3.0, 0.0)]])
 O, Z = np.zeros(3), np.array([0.0, 0.0, 1.0])
 BODIES = {
-    "ball": touching.ball(np.array([0.3, 0.1, 0.9]), 1.0),
-    "box": touching.box(np.array([-0.3, -0.3, -0.2]), np.array([0.3, 0.3, 1.0])),
-    "cone": touching.turned(touching.polygon([(0.0, -0.25), (1.0, 1.0), (0.0, 1.0)], mirrored=True), O, Z),
-    "half_space": touching.half_space(-0.5 * Z, np.array([0.0, 0.6, -0.8])),
-    "hollow": touching.hollow(np.array([0.3, 0.1, 0.9]), 1.0, 0.95),
-}  # fmt: skip
+    "ball": rigid_contact_forces.ball(np.array([0.3, 0.1, 0.9]), 1.0),
+    "box": rigid_contact_forces.box(np.array([-0.3, -0.3, -0.2]), np.array([0.3, 0.3, 1.0])),
+    "cone": rigid_contact_forces.turned(
+        rigid_contact_forces.polygon([(0.0, -0.25), (1.0, 1.0), (0.0, 1.0)], mirrored=True), O, Z
+    ),
+    "half_space": rigid_contact_forces.half_space(-0.5 * Z, np.array([0.0, 0.6, -0.8])),
+    "hollow": rigid_contact_forces.hollow(np.array([0.3, 0.1, 0.9]), 1.0, 0.95),
+}
 
 
 def cut(body: str, X: np.ndarray, convex: bool = True) -> tuple[float, np.ndarray]:
     kind = FACETS[X.shape[1]]
     triangles = np.array(kind.rim)[np.array(kind.halves)]
-    return deepest(BODIES[body], X, partial(solids.shape, X.shape[1]), triangles, convex)
+    return deepest(BODIES[body], X, partial(solid_forces.shape, X.shape[1]), triangles, convex)
 
 
 @pytest.mark.parametrize(("body", "depth", "within"), [
@@ -49,7 +51,7 @@ def test_nothing_is_deeper_on_a_dense_lattice(body: str, nodes: int) -> None:
     local = np.concatenate([local, *([0.5 * (local + np.roll(local, -1, axis=0))] if nodes in (6, 8, 9) else []),
                             *([np.zeros((1, 2))] if nodes == 9 else [])])  # fmt: skip
     X = np.concatenate([local, np.zeros((nodes, 1))], axis=1) + one.uniform(-0.1, 0.1, (200, nodes, 3))
-    N = solids.shape(nodes, kind.lattice(60))
+    N = solid_forces.shape(nodes, kind.lattice(60))
     g = BODIES[body](np.einsum("qa,fai->fqi", N, X).reshape(-1, 3))[0]
     found, _ = cut(body, X, convex=body != "hollow")
     assert found <= min(0.0, float(g.min())) + (0.004 if body != "hollow" else 0.04)
@@ -57,7 +59,7 @@ def test_nothing_is_deeper_on_a_dense_lattice(body: str, nodes: int) -> None:
 
 def test_what_lies_flat_on_a_surface_does_not_cut() -> None:
     """A billionth above it: nothing is halved, and nothing is found."""
-    found, place = deepest(touching.half_space(O, Z), FLAT + 1e-9, partial(solids.shape, 3),
+    found, place = deepest(rigid_contact_forces.half_space(O, Z), FLAT + 1e-9, partial(solid_forces.shape, 3),
                            np.array(FACETS[3].rim)[np.array(FACETS[3].halves)], True)  # fmt: skip
     assert found == 0.0
     assert np.isnan(place).all()

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.cutting import _normal, cuts
-from softmark.solvers.contact.gaps import gap_of
-from softmark.solvers.contact.inner import facing
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.contact.rubbing import rubbing
-from softmark.solvers.contact.touching import Touching, node_areas
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.facet_contact_points import facing
+from softmark.solvers.contact.facet_penetration import _normal, cuts
+from softmark.solvers.contact.rigid_contact import Touching, node_areas
+from softmark.solvers.contact.rigid_friction import rubbing
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.mesh.shapes import Box
 
 X = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from softmark.solvers.alone.solid import material
+from softmark.solvers.api.elastic_solid import material
 from softmark.solvers.materials import law_for, mixed_for
-from softmark.solvers.materials.asked import Held
-from softmark.solvers.materials.drucker import lost
+from softmark.solvers.materials.batched_stability import Held
+from softmark.solvers.materials.drucker_stability import lost
 from softmark.solvers.statics.material_point import Drive, MaterialPoint
 
 Floats = NDArray[np.float64]
@@ -133,7 +133,7 @@ def test_what_is_lost_is_what_some_change_of_strain_loses(name: str, constants: 
     law = law_for(material(name, poisson=0.3, density=1.0, **constants), "finite")
     R = np.linalg.qr(RNG.normal(size=(12, 3, 3)))[0]
     F = np.einsum("mij,mj,mkj->mik", R, np.exp(RNG.uniform(-0.6, 0.6, (12, 3))), R)
-    from softmark.solvers.materials.constraints import VolumeRatio
+    from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
     held = Held(VolumeRatio(), math.inf, np.zeros(len(F))) if kept else None
     found, seen = lost(law, F, held), np.array([work(law, one, kept) for one in F])

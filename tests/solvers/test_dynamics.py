@@ -14,17 +14,17 @@ from scipy.sparse import csr_matrix
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.central_differences import CentralDifferences
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
-from softmark.solvers.dynamics.loading import Course
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.midpoint import Midpoint
+from softmark.solvers.dynamics.implicit_midpoint import Midpoint
+from softmark.solvers.dynamics.integrator import StepTooLong
+from softmark.solvers.dynamics.load_amplitudes import Course
 from softmark.solvers.dynamics.newmark import Newmark
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.scheme import StepTooLong
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
-from softmark.solvers.dynamics.trapezoidal import Trapezoidal
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
+from softmark.solvers.energies.external_loads import DeadForces
 
 NAMES = sorted(INTEGRATORS)
 NONE = np.zeros(0, dtype=np.int64)  # nothing is held

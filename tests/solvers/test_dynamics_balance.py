@@ -10,23 +10,23 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.balance import GAIN, PATIENCE, Account
 from softmark.solvers.dynamics.bdf2 import BDF2
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.forces import Forces
+from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.energy_balance import GAIN, PATIENCE, Account
 from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
-from softmark.solvers.dynamics.loading import Course
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.mass import lumped_mass, mass_points
-from softmark.solvers.dynamics.midpoint import Midpoint
+from softmark.solvers.dynamics.implicit_midpoint import Midpoint
+from softmark.solvers.dynamics.integrator import Integrator, StepTooLong
+from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.mass_matrices import lumped_mass, mass_points
 from softmark.solvers.dynamics.newmark import Newmark
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.resolution import amplification, loaded_frequency, resolution, resolved
-from softmark.solvers.dynamics.scheme import Integrator, StepTooLong
+from softmark.solvers.dynamics.time_integration import march
+from softmark.solvers.dynamics.time_step_resolution import amplification, loaded_frequency, resolution, resolved
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Trajectory
-from softmark.solvers.dynamics.trapezoidal import Trapezoidal
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.mesh.shapes import Box
 
 NAMES = sorted(INTEGRATORS)

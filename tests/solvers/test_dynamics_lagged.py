@@ -11,17 +11,17 @@ import pytest
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
-from softmark.solvers.dynamics.lagged import Differences, Mixer
-from softmark.solvers.dynamics.loading import Course
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.system import System
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.implicit_step import System
+from softmark.solvers.dynamics.lagged_tangent import Differences, Mixer
+from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
@@ -103,7 +103,7 @@ def test_with_damping_moving_supports_and_courses_of_loads(
 
 
 def test_a_consistent_mass_and_a_last_step_that_is_shorter(mesh: Mesh) -> None:
-    from softmark.solvers.dynamics.mass import consistent_mass, mass_points
+    from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
     from softmark.solvers.elements.tet4 import Tet4
 
     N, w = mass_points(mesh.points, mesh.cells, Tet4)

@@ -15,14 +15,14 @@ from scipy.sparse import identity
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.central_differences import CentralDifferences
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
-from softmark.solvers.dynamics.loading import Constant
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics
+from softmark.solvers.dynamics.load_amplitudes import Constant
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import MotionNotConverged, Trajectory, timing
-from softmark.solvers.dynamics.trapezoidal import Trapezoidal
-from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.statics import equilibrium
+from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.statics import static_equilibrium
 
 NAMES = sorted(INTEGRATORS)
 NONE = np.zeros(0, dtype=np.int64)  # nothing is held
@@ -58,7 +58,7 @@ def test_a_march_that_cannot_go_on_keeps_what_it_has(oscillators: Oscillators, s
     assert len(path.times) == len(path.observed) == len(path.wall) + 1 == len(path.energies["drift"])
     assert 0.44 < states(path)[-1, 1] < 0.45
     assert stopped.value.iterations
-    assert isinstance(stopped.value, equilibrium.NotConverged)  # one family
+    assert isinstance(stopped.value, static_equilibrium.NotConverged)  # one family
 
 
 def test_nothing_that_is_not_finite_comes_out(states: States, quadratic: type[Any]) -> None:

@@ -16,19 +16,19 @@ from scipy.sparse.linalg import eigsh, spsolve
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.central_differences import CentralDifferences
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
-from softmark.solvers.dynamics.loading import Course
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.mass import consistent_mass, lumped_mass, mass_points
-from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.dynamics.scheme import StepTooLong
+from softmark.solvers.dynamics.integrator import StepTooLong
+from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass, mass_points
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
-from softmark.solvers.dynamics.trapezoidal import Trapezoidal
+from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.elements.tet4 import Tet4
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box

@@ -12,14 +12,14 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed import MixedPoints
+from softmark.solvers.assembly.pressure_predictor import MixedPoints
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.materials import MATERIALS, Law
+from softmark.solvers.mesh.cell_splitting import meshed
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.splits import meshed
-from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]

@@ -8,15 +8,15 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 
-from softmark.interpreter.models.springs.words import MassSpring
-from softmark.solvers.checks import solids
+from softmark.interpreter.models.spring_network.spring_declaration import MassSpring
 from softmark.solvers.elements import CELLS, ELEMENTS, UnknownElement, element_of
+from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.elements.element import Element, Facet
-from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.elements.hex20 import Hex20
-from softmark.solvers.mesh.files.reading import converted
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.mesh.files.mesh_reader import converted
 from softmark.solvers.mesh.mesh import Mesh, jacobians
-from softmark.solvers.mesh.refine import finer
+from softmark.solvers.mesh.mesh_refinement import finer
 from softmark.solvers.mesh.shapes import Box
 
 EVERY = pytest.mark.parametrize("kind", [*CELLS])
@@ -139,6 +139,8 @@ def test_another_class_and_a_line_make_an_element(monkeypatch: pytest.MonkeyPatc
     np.testing.assert_array_equal(mesh.points, usual.points)
     assert finer(mesh).mesh.kind == "twin"
     u = 0.1 * np.random.default_rng(0).standard_normal(mesh.points.shape)
-    term = (solids.StressTerm(solids.small_stress(1.0, 1.0)),)
-    forces = [solids.CheckedBody(m.points, m.cells, m.kind, u, term, 1.0).forces(m.cells)[0] for m in (mesh, usual)]
+    term = (solid_forces.StressTerm(solid_forces.small_stress(1.0, 1.0)),)
+    forces = [
+        solid_forces.CheckedBody(m.points, m.cells, m.kind, u, term, 1.0).forces(m.cells)[0] for m in (mesh, usual)
+    ]
     np.testing.assert_array_equal(*forces)

@@ -10,12 +10,12 @@ import pytest
 from scipy.optimize import nnls
 
 from softmark.solvers.elements import CELLS, ELEMENTS
+from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.elements.element import Element, Facet
-from softmark.solvers.elements.facets import FACETS
 from softmark.solvers.elements.tet4 import Tet4
-from softmark.solvers.mesh import boxes, interpolation
-from softmark.solvers.mesh.boxes import holding
-from softmark.solvers.mesh.interpolation import integration, locate
+from softmark.solvers.mesh import bounding_box_grid, element_interpolation
+from softmark.solvers.mesh.bounding_box_grid import holding
+from softmark.solvers.mesh.element_interpolation import integration, locate
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
@@ -183,13 +183,13 @@ def test_interpolation_reproduces_a_linear_field_everywhere_within(kind: str) ->
 def test_points_are_held_against_the_cells_around_them_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those within are found by boxes in a grid: time and memory went with points times cells."""
     asked = []
-    every = interpolation._nearest_boxes
+    every = element_interpolation._nearest_boxes
 
     def counted(low: Any, high: Any, X: Any, count: int) -> Any:
         asked.append(len(X))
         return every(low, high, X, count)
 
-    monkeypatch.setattr(interpolation, "_nearest_boxes", counted)
+    monkeypatch.setattr(element_interpolation, "_nearest_boxes", counted)
     X = np.random.default_rng(6).uniform((0, 0, 0), (0.2, 0.04, 0.06), (100, 3))
     X[7] = (0.3, 0.02, 0.03)
     place = locate(BARS["tet10"], X)
@@ -339,20 +339,20 @@ def test_a_grid_finds_the_boxes_that_hold_a_point() -> None:
 def test_a_grid_looks_at_few_boxes_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many for a point where there are eight times as many cells, all of which were looked at once."""
     looked: list[Any] = []
-    runs = boxes._runs
+    runs = bounding_box_grid._runs
 
     def counted(*arguments: Any) -> Any:
         looked.append(runs(*arguments))
         return looked[-1]
 
-    monkeypatch.setattr(boxes, "_runs", counted)
+    monkeypatch.setattr(bounding_box_grid, "_runs", counted)
     for size in (0.008, 0.004):
         mesh = Cylinder(0.06, 0.019).mesh("tet4", size)
         X = mesh.points[mesh.cells].mean(axis=1)
         looked.clear()
         np.testing.assert_array_equal(locate(mesh, X).nodes, mesh.cells)
         lists, pairs = (len(found[0]) for found in looked)
-        assert lists < boxes.MOST * len(mesh.cells)
+        assert lists < bounding_box_grid.MOST * len(mesh.cells)
         assert pairs < 150 * len(X)
 
 

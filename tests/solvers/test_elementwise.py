@@ -7,12 +7,12 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies import elementwise
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.elementwise import ElementRotation
+from softmark.solvers.energies import element_corotational
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.element_corotational import ElementRotation
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.materials.polar import rotations
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.materials.polar_decomposition import rotations
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
@@ -28,8 +28,8 @@ def block(kind: str) -> Mesh:
 def made(mesh: Mesh) -> ElementRotation:
     parts = integration(mesh)
     A = law_for(MATERIAL, "small").dPdF(np.eye(3)[None])[0]
-    K = elementwise.stiffness(parts.dNdX, parts.w, A)
-    return ElementRotation(mesh.points, mesh.cells, elementwise.mean(parts.dNdX, parts.w), K, rotations)
+    K = element_corotational.stiffness(parts.dNdX, parts.w, A)
+    return ElementRotation(mesh.points, mesh.cells, element_corotational.mean(parts.dNdX, parts.w), K, rotations)
 
 
 def forces(energy: ElementRotation | Elastic, x: np.ndarray) -> np.ndarray:

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from softmark.solvers.alone.solid import material
+from softmark.solvers.api.elastic_solid import material
 from softmark.solvers.materials import law_for, mixed_for
-from softmark.solvers.materials.asked import Held
-from softmark.solvers.materials.constraints import VolumeRatio
+from softmark.solvers.materials.batched_stability import Held
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.ellipticity import lost
+from softmark.solvers.materials.volumetric_constraints import VolumeRatio
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(7)

@@ -8,18 +8,18 @@ from importlib import import_module
 
 import pytest
 
-from softmark.solvers import assembly, energies, reduced
-from softmark.solvers.energies.elastic import Together
+from softmark.solvers import assembly, energies, model_reduction
+from softmark.solvers.energies.elastic_energy import Together
 from softmark.solvers.energies.energy import Energy, Lagging
-from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.pressures import MixedSolid
-from softmark.solvers.energies.seeping import Seeping
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
+from softmark.solvers.energies.poroelastic import Seeping
 
 METHODS = {"value", "add_gradient", "add_hessian"}
 KNOWN = sorted(
     {
         cls
-        for package in (assembly, energies, reduced)
+        for package in (assembly, energies, model_reduction)
         for module in pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
         for _, cls in inspect.getmembers(import_module(module.name), inspect.isclass)
         if vars(cls).keys() >= METHODS and cls is not Energy

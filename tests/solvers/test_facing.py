@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.solvers.contact.facing import least_facing_distance
+from softmark.solvers.contact.surface_separation import least_facing_distance
 from softmark.solvers.mesh.mesh import Mesh
 
 

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from written_stresses import directed_stress
 
-from softmark.solvers.checks import fibres as checks
-from softmark.solvers.checks.differences import EnergyStress
+from softmark.solvers.independent_forces import fiber_axes_by_differences as checks
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 from softmark.solvers.materials import DIRECTED, MATERIALS, law_for, mixed_for
-from softmark.solvers.materials.active import Active
 from softmark.solvers.materials.active_strain import ActiveStrain
-from softmark.solvers.materials.frame import Frame, NoDirection
-from softmark.solvers.materials.muscle import Muscle
-from softmark.solvers.materials.reinforced import Strand
+from softmark.solvers.materials.active_stress import Active
+from softmark.solvers.materials.active_wrapper import Muscle
+from softmark.solvers.materials.fiber_reinforced import Strand
+from softmark.solvers.materials.material_axes import Frame, NoDirection
 
 Array = NDArray[np.float64]
 

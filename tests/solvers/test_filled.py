@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 import trimesh
 
-from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.models.shared.filled import facts
-from softmark.references.surfaces import SearchedSurface
-from softmark.solvers.mesh import filling
-from softmark.solvers.mesh.cuts import Cut
-from softmark.solvers.mesh.distort import qualities
-from softmark.solvers.mesh.files.closed import Closed, closed, signed
-from softmark.solvers.mesh.files.flaws import UnreadableMesh
-from softmark.solvers.mesh.files.near import closest, crossing
-from softmark.solvers.mesh.filled import Enclosed, Filled
+from softmark.interpreter.language.coordinate_conditions import Condition, Term
+from softmark.interpreter.models.shared.filled_mesh_notes import facts
+from softmark.references.surface_geometry import SearchedSurface
+from softmark.solvers.mesh import tetrahedralization
+from softmark.solvers.mesh.conforming_planes import Cut
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+from softmark.solvers.mesh.files.triangle_proximity import closest, crossing
+from softmark.solvers.mesh.files.watertight_repair import Closed, closed, signed
+from softmark.solvers.mesh.mesh_distortion import qualities
 from softmark.solvers.mesh.shapes import Box
+from softmark.solvers.mesh.surface_bodies import Enclosed, Filled
 
 Surface = tuple[Any, Any]
 needs_mesher = pytest.mark.skipif(find_spec("pytetwild") is None, reason="needs the extra `meshing`")
@@ -216,7 +216,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_what_was_made_is_kept_and_never_made_again(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same surface gives the same mesh; another size another one; what is broken in the cache is made again."""
-    monkeypatch.setattr(filling, "MESHER", "numpy")  # a package that is there
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")  # a package that is there
     made = []
 
     def mesher(surface: Closed, size: float, tolerance: float) -> Any:
@@ -224,9 +224,9 @@ def test_what_was_made_is_kept_and_never_made_again(kept: Path, monkeypatch: pyt
         box = Box((0.01, 0.01, 0.01)).mesh("tet4", size)
         return box.points + 1e-9 * len(made), box.cells, 1.0
 
-    monkeypatch.setattr(filling, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
     cube = Box((0.01, 0.01, 0.01)).surface(0.005)
-    first, again, finer = (filling.filled(closed(*cube), size, 1e-4) for size in (0.005, 0.005, 0.004))
+    first, again, finer = (tetrahedralization.filled(closed(*cube), size, 1e-4) for size in (0.005, 0.005, 0.004))
     assert made == [0.005, 0.004]
     assert first.filling is not None
     assert again.filling is not None
@@ -234,14 +234,14 @@ def test_what_was_made_is_kept_and_never_made_again(kept: Path, monkeypatch: pyt
     assert first.filling.digest == again.filling.digest != finer.filling.digest
     for file in kept.iterdir():
         file.write_bytes(file.read_bytes()[:100])
-    filling.filled(closed(*cube), 0.005, 1e-4)
+    tetrahedralization.filled(closed(*cube), 0.005, 1e-4)
     assert made == [0.005, 0.004, 0.005]
     assert not list(kept.glob(".part*"))
 
 
 def test_the_mesher_is_named_where_cells_are_finer_too(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """And not one of the arrays that it is given then."""
-    monkeypatch.setattr(filling, "MESHER", "numpy")
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     given: list[set[str]] = []
 
     def mesher(surface: Closed, size: float, tolerance: float, **field: Any) -> Any:
@@ -249,24 +249,28 @@ def test_the_mesher_is_named_where_cells_are_finer_too(kept: Path, monkeypatch: 
         box = Box((0.01, 0.01, 0.01)).mesh("tet4", size)
         return box.points, box.cells, 1.0
 
-    monkeypatch.setattr(filling, "_filled", mesher)
+    monkeypatch.setattr(tetrahedralization, "_filled", mesher)
     cube = Box((0.01, 0.01, 0.01))
     low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
     finer = Cut("", 0.0, finer=4.0, where=low)
-    even, graded = (filling.filled(closed(*cube.surface(0.005)), 0.005, 1e-4, cuts) for cuts in ((), (finer,)))
+    even, graded = (
+        tetrahedralization.filled(closed(*cube.surface(0.005)), 0.005, 1e-4, cuts) for cuts in ((), (finer,))
+    )
     assert given == [set(), {"bg_vertices", "bg_tets", "bg_values"}]
     assert even.filling is not None
     assert graded.filling is not None
-    assert graded.filling.mesher == even.filling.mesher == filling.mesher()
+    assert graded.filling.mesher == even.filling.mesher == tetrahedralization.mesher()
 
 
 def test_nodes_are_moved_onto_the_surface(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mesh that is off by less than three tolerances has its nodes on the cube to rounding, and its volume."""
-    monkeypatch.setattr(filling, "MESHER", "numpy")
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     box = Box((0.01, 0.01, 0.01)).mesh("tet4", 0.003)
     off = 1e-4 * np.random.default_rng(1).uniform(-1.0, 1.0, box.points.shape)
-    monkeypatch.setattr(filling, "_filled", lambda *arguments: (box.points + off, box.cells[:, [1, 0, 2, 3]], 1.0))
-    mesh = filling.filled(closed(*Box((0.01, 0.01, 0.01)).surface(0.01)), 0.003, 1e-4)
+    monkeypatch.setattr(
+        tetrahedralization, "_filled", lambda *arguments: (box.points + off, box.cells[:, [1, 0, 2, 3]], 1.0)
+    )
+    mesh = tetrahedralization.filled(closed(*Box((0.01, 0.01, 0.01)).surface(0.01)), 0.003, 1e-4)
     assert mesh.volumes.min() > 0.0
     gaps = np.abs(mesh.points[np.unique(mesh.facets)][:, :, None] - np.array([0.0, 0.01])).min(axis=(1, 2))
     assert gaps.max() < 1e-15
@@ -276,11 +280,11 @@ def test_nodes_are_moved_onto_the_surface(kept: Path, monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize(("code", "said"), [(-11, "ended by signal 11"), (1, "ImportError: no such thing")])
 def test_a_mesher_that_fails_is_said_to(kept: Path, monkeypatch: pytest.MonkeyPatch, code: int, said: str) -> None:
-    monkeypatch.setattr(filling, "MESHER", "numpy")
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     failed = subprocess.CompletedProcess([], code, "", "Traceback\nImportError: no such thing\n")
     monkeypatch.setattr("subprocess.run", lambda *arguments, **options: failed)
     with pytest.raises(UnreadableMesh, match=said) as refused:
-        filling.filled(closed(*BALL), 0.005, 1e-4)
+        tetrahedralization.filled(closed(*BALL), 0.005, 1e-4)
     assert refused.value.code == "E576"
     assert not kept.exists() or not list(kept.iterdir())
 
@@ -311,13 +315,13 @@ def test_what_fills_a_surface_is_what_it_encloses(name: str, kept: Path) -> None
     """Volume by hand to the tolerance times the area; both distances of Hausdorff within twice the tolerance."""
     surface, volume = FILLED[name]
     known = closed(*surface)
-    mesh = filling.filled(known, 0.003, 1e-4)
+    mesh = tetrahedralization.filled(known, 0.003, 1e-4)
     found = facts(Enclosed(), mesh)["filled"]
     assert abs(float(mesh.volumes.sum()) - 1e-9 * volume) < 1e-4 * known.area
     if not known.crossings:
         assert max(found["mesh_to_surface_m"], found["surface_to_mesh_m"]) < 2e-4
     assert qualities(mesh).min() > 0.1
-    again = filling.filled(known, 0.003, 1e-4)
+    again = tetrahedralization.filled(known, 0.003, 1e-4)
     assert again.filling is not None
     assert again.filling.digest == found["digest"], "kept"
 
@@ -327,7 +331,7 @@ def test_what_fills_a_surface_is_what_it_encloses(name: str, kept: Path) -> None
 @pytest.mark.parametrize("size", [1e-6, 1e3])
 def test_no_scale_is_special(kept: Path, size: float) -> None:
     known = closed(size * CUBE[0], CUBE[1])
-    mesh = filling.filled(known, 0.003 * size, 1e-4 * size)
+    mesh = tetrahedralization.filled(known, 0.003 * size, 1e-4 * size)
     assert float(mesh.volumes.sum()) == pytest.approx(1e-6 * size**3, rel=1e-6), "flat faces are met exactly"
 
 
@@ -336,7 +340,7 @@ def test_no_scale_is_special(kept: Path, size: float) -> None:
 @pytest.mark.slow
 def test_a_raw_surface_of_marching_cubes(kept: Path, needs_data: Any) -> None:
     """The scan of the silicone beam as it was published: 27 046 triangles with holes, flaps and tangles."""
-    from softmark.references.data import here
+    from softmark.references.data_download import here
 
     needs_data('"data:silicone-beam/truthcylinder1-bent.obj"')
     file = str(here("silicone-beam/truthcylinder1-bent.obj"))
@@ -354,9 +358,9 @@ def test_a_raw_surface_of_marching_cubes(kept: Path, needs_data: Any) -> None:
 def test_an_element_of_ten_nodes_has_straight_edges(
     kept: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(filling, "MESHER", "numpy")
+    monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     box = Box((0.01, 0.01, 0.01)).mesh("tet4", 0.003)
-    monkeypatch.setattr(filling, "_filled", lambda *arguments: (box.points, box.cells, 1.0))
+    monkeypatch.setattr(tetrahedralization, "_filled", lambda *arguments: (box.points, box.cells, 1.0))
     trimesh.Trimesh(*CUBE, process=False).export(tmp_path / "cube.stl")
     mesh = Filled(str(tmp_path / "cube.stl"), 1.0).mesh("tet10", 0.003)
     assert len(mesh.cells) == len(box.cells)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.files.flaws import UnreadableMesh, checked
-from softmark.solvers.mesh.folds import folded
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, checked
+from softmark.solvers.mesh.jacobian_bounds import folded
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 
 

@@ -10,19 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.solvers.contact.gaps import GAPS, gap_of
-from softmark.solvers.contact.gaps.gap import Gap
-from softmark.solvers.contact.gaps.surface import Surface
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.mesh.files.flaws import UnreadableMesh
-from softmark.solvers.mesh.files.near import closest
-from softmark.solvers.mesh.instruments import HalfSpace, Punch, RoundedBox, RoundedTurned, Tip
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance import GAPS, gap_of
+from softmark.solvers.contact.signed_distance.distance_function import Gap
+from softmark.solvers.contact.signed_distance.triangle_surface import Surface
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+from softmark.solvers.mesh.files.triangle_proximity import closest
 from softmark.solvers.mesh.mesh import Floats
-from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedTurned, Tip
 from softmark.solvers.mesh.shape import Shape, Vector3
 from softmark.solvers.mesh.shapes import SHAPES, Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.tubes import Tube
 
 AXIS: Vector3 = (0.0, 0.6, 0.8)
 NOTCHED = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.4, 0.5), (0.4, 1.0), (1.2, 1.5), (0.0, 1.5))

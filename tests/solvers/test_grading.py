@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.problem.conforming import graded
-from softmark.solvers.mesh.cuts import Cut, lines
-from softmark.solvers.mesh.extruded import Extruded
+from softmark.interpreter.language.coordinate_conditions import Condition, Term
+from softmark.interpreter.problem.conforming_mesh import graded
+from softmark.solvers.mesh.conforming_planes import Cut, lines
+from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.mesh import jacobians
-from softmark.solvers.mesh.revolved import Cone
+from softmark.solvers.mesh.revolved_bodies import Cone
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Box, Cylinder, Sphere
 from softmark.solvers.mesh.spheres import SphericalShell
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.tubes import Tube
 
 CLAMP = Cut("x", 0.0, finer=4.0, reach=40.0)
 

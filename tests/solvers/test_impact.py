@@ -10,24 +10,24 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps import gap_of
-from softmark.solvers.contact.inner import facing, inner
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.contact.rubbing import rubbing
-from softmark.solvers.contact.touching import Touching, node_areas
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.facet_contact_points import facing, inner
+from softmark.solvers.contact.rigid_contact import Touching, node_areas
+from softmark.solvers.contact.rigid_friction import rubbing
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.impact import Impact, Seen, bounces
-from softmark.solvers.dynamics.loading import Constant
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.mass import consistent_mass, mass_points
-from softmark.solvers.dynamics.problem import Dynamics
+from softmark.solvers.dynamics.dynamic_contact import Impact, Seen, bounces
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.load_amplitudes import Constant
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import Law
-from softmark.solvers.mesh.instruments import HalfSpace
 from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.rigid_shapes import HalfSpace
 from softmark.solvers.mesh.shapes import Box
 
 Maker = Callable[..., Law]

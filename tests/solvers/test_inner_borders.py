@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from softmark.solvers.mesh.cuts import Cut
-from softmark.solvers.mesh.distort import worst
+from softmark.solvers.mesh.conforming_planes import Cut
+from softmark.solvers.mesh.mesh_distortion import worst
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Cylinder, Ellipsoid, Sphere, SphericalShell, Tube
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numba.core.errors import TypingError
 
-from softmark.solvers.base import jit
+from softmark.solvers.runtime import kernel_cache
 
 SLOW = pytest.mark.slow  # processes that compile, in their second and later forms
 
@@ -41,11 +41,11 @@ print(caller.twice(1.0), before, jit.compiled(), len(caller.twice.stats.cache_hi
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A package with two kernels in two files, one calling the other, and our jit.py beside them."""
+    """A package with two kernels in two files, one calling the other, and our kernel_cache.py beside them."""
     folder = tmp_path / "package"
     folder.mkdir()
     (folder / "__init__.py").touch()
-    shutil.copy(Path(jit.__file__), folder / "jit.py")
+    shutil.copy(Path(kernel_cache.__file__), folder / "kernel_cache.py")
     (folder / "callee.py").write_text(CALLEE.format(factor=3.0), encoding="utf-8")
     (folder / "caller.py").write_text(CALLER, encoding="utf-8")
     return folder
@@ -236,7 +236,7 @@ file.write_text(old)
 def test_a_source_that_is_edited_while_a_process_starts(
     package: Path, file: str, old: str, new: str, answer: str
 ) -> None:
-    """Between the import of jit.py, which takes the digest of all sources, and that of the kernel."""
+    """Between the import of kernel_cache.py, which takes the digest of all sources, and that of the kernel."""
     edited = EDITED.format(file=file, old=old, new=new)
     assert told(package, edited) == answer  # kept under the digest of the sources that are there again
     assert ask(package)[0] == "6.0"
@@ -271,14 +271,14 @@ def test_a_kernel_elsewhere_whose_constant_is_edited(package: Path, named: bool)
 def of(text: str, **names: object) -> str:
     """The stamp of a function f of such a text, which has no file."""
     exec(text, names)
-    return jit.stamp(names["f"])
+    return kernel_cache.stamp(names["f"])
 
 
 @pytest.mark.slow
 def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     """The same in every process, too: no address and no order of a set."""
-    g, h = (jit.numba.njit(eval(f"lambda x: x * {c}")) for c in (2.0, 3.0))
-    v, w = (jit.part(eval(f"lambda x: x * {c}")) for c in (4.0, 5.0))
+    g, h = (kernel_cache.numba.njit(eval(f"lambda x: x * {c}")) for c in (2.0, 3.0))
+    v, w = (kernel_cache.part(eval(f"lambda x: x * {c}")) for c in (4.0, 5.0))
     text = "def f(x): return A * x"
     stamps = [
         of(text, A=2.0), of(text, A=2), of(text, A=True), of(text, A=(1.0, 2.0)), of(text, A=np.arange(3)),
@@ -290,19 +290,19 @@ def test_the_stamp_of_a_kernel_tells_what_it_computes_with() -> None:
     assert len(set(stamps)) == len(stamps)
     assert of(text, A=2.0, unused=1.0) == stamps[0]
     itself = "def f(x): return f(x - 1) if x in {'a', 'b', 'c', 'd'} else 0"
-    script = "from softmark.solvers.base import jit\n"
+    script = "from softmark.solvers.runtime import jit\n"
     script += f"n = {{}}; exec({itself!r}, n); print(jit.stamp(n['f']))"
     seeds = [{**os.environ, "PYTHONHASHSEED": str(seed)} for seed in (1, 2)]
     found = {subprocess.run([sys.executable, "-c", script], env=e, capture_output=True).stdout for e in seeds}
     assert found == {f"{of(itself)}\n".encode()}
 
 
-@jit.part
+@kernel_cache.part
 def _doubled(x: float) -> float:
     return 2.0 * x
 
 
-@jit.kernel
+@kernel_cache.kernel
 def _doubled_in(x: np.ndarray) -> None:
     for i in range(len(x)):
         x[i] = _doubled(x[i])
@@ -322,7 +322,7 @@ def test_compiling_leaves_the_collection_of_garbage_as_it_was(enabled: bool) -> 
     """Off meanwhile, also within another kernel and where it fails."""
     seen: list[bool] = []
 
-    class Watch(jit.event.Listener):  # type: ignore[misc]
+    class Watch(kernel_cache.event.Listener):  # type: ignore[misc]
         def on_start(self, event: object) -> None:
             seen.append(gc.isenabled())
 
@@ -334,8 +334,8 @@ def test_compiling_leaves_the_collection_of_garbage_as_it_was(enabled: bool) -> 
     was, watch = gc.isenabled(), Watch()
     gc.enable() if enabled else gc.disable()
     try:
-        with jit.event.install_listener("numba:run_pass", watch), pytest.raises(TypingError):
-            jit.kernel(broken)(np.ones(1))
+        with kernel_cache.event.install_listener("numba:run_pass", watch), pytest.raises(TypingError):
+            kernel_cache.kernel(broken)(np.ones(1))
         assert seen
         assert not any(seen)
         assert gc.isenabled() == enabled
@@ -345,7 +345,7 @@ def test_compiling_leaves_the_collection_of_garbage_as_it_was(enabled: bool) -> 
 
 def copied(tmp_path: Path) -> list[Path]:
     """All solver sources elsewhere, so that they may be edited."""
-    root = Path(jit.__file__).parents[1]
+    root = Path(kernel_cache.__file__).parents[1]
     shutil.copytree(root, tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
     return sorted((tmp_path / "solvers").rglob("*.py"))
 
@@ -354,31 +354,31 @@ def copied(tmp_path: Path) -> list[Path]:
 def test_any_edit_of_any_source_changes_the_folder(tmp_path: Path) -> None:
     """One byte more in each file in turn, none of which may go unnoticed."""
     files = copied(tmp_path)
-    assert len(files) == len(jit.sources()) > 20
-    seen = {jit.digest(files)}
+    assert len(files) == len(kernel_cache.sources()) > 20
+    seen = {kernel_cache.digest(files)}
     for file in files:
         text = file.read_bytes()
         file.write_bytes(text + b"#")
-        seen.add(jit.digest(files))
+        seen.add(kernel_cache.digest(files))
         file.write_bytes(text)
     assert len(seen) == len(files) + 1
-    assert jit.digest(files) == jit.digest(jit.sources())
+    assert kernel_cache.digest(files) == kernel_cache.digest(kernel_cache.sources())
 
 
 def test_what_moves_between_files_changes_the_folder(tmp_path: Path) -> None:
     (tmp_path / "a.py").write_bytes(b"one two")
     (tmp_path / "b.py").write_bytes(b" three")
     files = sorted(tmp_path.iterdir())
-    before = jit.digest(files)
+    before = kernel_cache.digest(files)
     (tmp_path / "a.py").write_bytes(b"one")
     (tmp_path / "b.py").write_bytes(b" two three")
-    assert jit.digest(files) != before
-    assert jit.digest(files, "other numba") != jit.digest(files)
+    assert kernel_cache.digest(files) != before
+    assert kernel_cache.digest(files, "other numba") != kernel_cache.digest(files)
 
 
 def test_the_folder_follows_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert jit.cache_folder().parent == tmp_path / "softmark" / "kernels"
+    assert kernel_cache.cache_folder().parent == tmp_path / "softmark" / "kernels"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert jit.cache_folder().parent == tmp_path / ".cache" / "softmark" / "kernels"
+    assert kernel_cache.cache_folder().parent == tmp_path / ".cache" / "softmark" / "kernels"

@@ -16,23 +16,23 @@ from written_stresses import Written, stress_of
 
 from softmark.ranges import Unfit
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.checks.differences import EnergyStress
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.arruda_boyce import ArrudaBoyce
 from softmark.solvers.materials.fung import Fung
 from softmark.solvers.materials.gent import Gent
-from softmark.solvers.materials.isochoric import VOLUMETRIC, Isochoric
+from softmark.solvers.materials.isochoric_split import VOLUMETRIC, Isochoric
 from softmark.solvers.materials.mooney_rivlin import MooneyRivlin
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.ogden import Ogden
 from softmark.solvers.materials.veronda_westmann import VerondaWestmann
 from softmark.solvers.materials.yeoh import Yeoh
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 Array = NDArray[np.float64]
 RUBBER: dict[str, Any] = {"poisson": 0.5, "density": 1000.0}

@@ -12,17 +12,17 @@ from equal_moduli import CONSTANTS as OWN
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.mixed import MixedPoints, promised, volumetric
-from softmark.solvers.assembly.single import SingleAssembly
+from softmark.solvers.assembly.pressure_predictor import MixedPoints, promised, volumetric
+from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, Law, parts_for
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
-from softmark.solvers.statics.equilibrium import Equilibrium, Linear, NotConverged, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, NotConverged, Statics, equilibrium
 
 Maker = Callable[..., Law]
 Problems = Callable[..., Statics]

@@ -14,16 +14,16 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.base import threads
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.linear import factorisations, plans
-from softmark.solvers.linear.sequence import LinearSolver
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.linear import factorisations, symbolic_cache
+from softmark.solvers.linear.recycled_solves import LinearSolver
 from softmark.solvers.materials import Law
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
+from softmark.solvers.runtime import thread_limits
 from softmark.solvers.sparse import pardiso
-from softmark.solvers.sparse.cholesky import Cholesky
+from softmark.solvers.sparse.sparse_cholesky import Cholesky
 
 Maker = Callable[..., Law]
 NONE = np.zeros(0, dtype=np.int64)
@@ -96,7 +96,7 @@ def test_small_systems_load_no_kernels() -> None:
     code = (
         "import sys, numpy as np; from scipy import sparse; from softmark.solvers.linear.factorisations import factor;"
         "factor(sparse.identity(100, format='csr')).solve(np.ones(100));"
-        "sys.exit('numba' in sys.modules or 'softmark.solvers.sparse.kernels' in sys.modules)"
+        "sys.exit('numba' in sys.modules or 'softmark.solvers.sparse.factorization_kernels' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -108,13 +108,13 @@ def test_small_systems_load_no_kernels() -> None:
 def analyses(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Sizes of the patterns analysed."""
     sizes: list[int] = []
-    true = plans.sketch
+    true = symbolic_cache.sketch
 
     def counted(K: sparse.csr_matrix, motions: Any = None) -> Any:
         sizes.append(K.shape[0])
         return true(K, motions)
 
-    monkeypatch.setattr(plans, "sketch", counted)
+    monkeypatch.setattr(symbolic_cache, "sketch", counted)
     return sizes
 
 
@@ -124,32 +124,32 @@ def test_a_pattern_is_analysed_once(analyses: list[int], law: Maker) -> None:
     parts = integration(mesh)
     assembly = Assembly(mesh.points.size, NONE, [Elastic(mesh.cells, parts.dNdX, parts.w, law("small"))], [])
     K = assembly.tangent(np.zeros(mesh.points.size), 1.0)
-    plan = plans.plan_of(K)
-    assert plans.plan_of(assembly.tangent(np.ones(mesh.points.size), 1.0)) is plan
-    assert plans.plan_of(K.copy()) is plan
+    plan = symbolic_cache.plan_of(K)
+    assert symbolic_cache.plan_of(assembly.tangent(np.ones(mesh.points.size), 1.0)) is plan
+    assert symbolic_cache.plan_of(K.copy()) is plan
     assert analyses == [K.shape[0]]
-    assert plans.plan_of(chain(K.shape[0])) is not plan
+    assert symbolic_cache.plan_of(chain(K.shape[0])) is not plan
 
 
 @pytest.mark.slow
 def test_what_is_known_of_a_pattern_goes_with_it() -> None:
     gc.collect()
-    before = len(plans._KNOWN)
-    kept = [chain(20 + i) for i in range(plans.KEPT + 5)]
+    before = len(symbolic_cache._KNOWN)
+    kept = [chain(20 + i) for i in range(symbolic_cache.KEPT + 5)]
     for K in kept:
-        plans.plan_of(K)
-    assert len(plans._KNOWN) == plans.KEPT
+        symbolic_cache.plan_of(K)
+    assert len(symbolic_cache._KNOWN) == symbolic_cache.KEPT
     del K, kept
     gc.collect()
-    assert len(plans._KNOWN) <= before
+    assert len(symbolic_cache._KNOWN) <= before
 
 
 def test_patterns_that_are_not_symmetric_are_not_kept() -> None:
     K = sparse.csr_matrix(np.array([[1.0, 2.0], [0.0, 1.0]]))
-    before = len(plans._KNOWN)
+    before = len(symbolic_cache._KNOWN)
     with pytest.raises(ValueError, match="symmetric"):
-        plans.plan_of(K)
-    assert len(plans._KNOWN) == before
+        symbolic_cache.plan_of(K)
+    assert len(symbolic_cache._KNOWN) == before
 
 
 # ------------------------------------------------------------------ accuracy
@@ -206,13 +206,13 @@ def test_the_solver_meets_its_tolerance_on_bad_matrices(name: str, law: Maker) -
 
 
 def test_blas_works_alone_and_gets_its_threads_back() -> None:
-    get, put = threads._switches()
+    get, put = thread_limits._switches()
     before = get()
     put(2)
     try:
-        with threads.ALONE:
+        with thread_limits.ALONE:
             assert get() == 1
-            with threads.ALONE:
+            with thread_limits.ALONE:
                 Cholesky.of(chain(30))
                 assert get() == 1
         assert get() in (1, 2)  # 1 where the library has but one

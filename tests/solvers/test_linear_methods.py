@@ -15,13 +15,13 @@ from scipy import sparse
 import softmark
 from softmark import resource_limits as memory
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.linear import factorisations, plans
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.linear import factorisations, symbolic_cache
 from softmark.solvers.materials import Law
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.sparse import multigrid, pardiso, symbolic
-from softmark.solvers.sparse.motions import places, rigid_motions
+from softmark.solvers.sparse import multigrid, pardiso, symbolic_factorization
+from softmark.solvers.sparse.rigid_body_modes import places, rigid_motions
 
 Maker = Callable[..., Law]
 PACKAGES = {"pardiso": "pypardiso", "multigrid": "pyamg"}
@@ -159,7 +159,7 @@ def test_no_factor_is_begun_that_memory_does_not_hold(monkeypatch: pytest.Monkey
     """By how much is left: double precision, single, multigrid or a clear refusal."""
     assembly = block(law("small", 6e4, 0.3))
     K = tangent(assembly)
-    double = plans.known_of(K).sketch.bytes(8) / factorisations.SHARE
+    double = symbolic_cache.known_of(K).sketch.bytes(8) / factorisations.SHARE
     monkeypatch.setattr(factorisations, "LITTLE", 0.0)  # which memory is not asked for
     monkeypatch.setattr(multigrid, "installed", lambda: False)
     for left, name in ((1.1 * double, factorisations.CHOLESKY), (0.6 * double, factorisations.SINGLE)):
@@ -287,12 +287,12 @@ def test_places_are_read_from_motions(held: tuple[int, ...]) -> None:
 
 def test_a_dissected_system_is_solved(monkeypatch: pytest.MonkeyPatch, law: Maker) -> None:
     """The order changes rounding alone; separators come last, so that the halves do not touch."""
-    monkeypatch.setattr(symbolic, "DISSECTED", 0)
-    monkeypatch.setattr(symbolic, "LARGE", 0)
-    monkeypatch.setattr("softmark.solvers.sparse.order.LEAF", 30)
+    monkeypatch.setattr(symbolic_factorization, "DISSECTED", 0)
+    monkeypatch.setattr(symbolic_factorization, "LARGE", 0)
+    monkeypatch.setattr("softmark.solvers.sparse.ordering.LEAF", 30)
     assembly = block(law("small", 6e4, 0.3), 0.025)
     K = tangent(assembly)
-    plan = symbolic.analyse(K, assembly.modes())
+    plan = symbolic_factorization.analyse(K, assembly.modes())
     np.testing.assert_array_equal(np.sort(plan.order), np.arange(K.shape[0]))
     b = np.random.default_rng(1).normal(size=K.shape[0])
     x = factorisations.factor(K, method="cholesky", modes=assembly.modes).solve(b)

@@ -10,17 +10,17 @@ from scipy.optimize import brentq
 from tangents import gradient, tangent
 
 import softmark
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.fem.build import PreparedSolid
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_of
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.problem.body_case import case_of
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 SCENE = """
 param L = 200 mm

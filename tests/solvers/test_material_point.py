@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from softmark.solvers.alone.solid import material
+from softmark.solvers.api.elastic_solid import material
 from softmark.solvers.materials import law_for, mixed_for
 from softmark.solvers.statics.material_point import Drive, MaterialPoint, NoState
 

@@ -14,16 +14,7 @@ from deformations import close, difference, rotations
 from equal_moduli import made
 from numpy.typing import NDArray
 
-from softmark.solvers.materials import (
-    MATERIALS,
-    STRAINS,
-    Law,
-    NoFiniteLaw,
-    blockwise,
-    law_for,
-    parts_for,
-    project,
-)
+from softmark.solvers.materials import MATERIALS, STRAINS, Law, NoFiniteLaw, batching, law_for, parts_for, project
 from softmark.solvers.materials.corotational import FLOOR, Corotational
 from softmark.solvers.materials.hyperelastic import Hyperelastic
 from softmark.solvers.materials.linear_elastic import LinearElastic
@@ -287,7 +278,7 @@ def test_the_cut_into_blocks_does_not_show(name: str, monkeypatch: pytest.Monkey
     law = laws()[name]
     methods = (law.psi, law.P, law.dPdF, law.dPdF_projected)
     whole = [f(STRETCHED) for f in methods]
-    monkeypatch.setattr(blockwise, "BLOCK", 7)
+    monkeypatch.setattr(batching, "BLOCK", 7)
     for f, expected in zip(methods, whole, strict=True):
         close(f(STRETCHED), expected, 1e-14)
         assert f(np.empty((0, 3, 3))).shape == (0, *expected.shape[1:])

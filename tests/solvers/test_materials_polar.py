@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from softmark.solvers.materials.components import components
-from softmark.solvers.materials.polar import rotation, spectrum, stretch
+from softmark.solvers.materials.polar_decomposition import rotation, spectrum, stretch
+from softmark.solvers.materials.tensor_components import components
 
 Array = NDArray[np.float64]
 M = 500

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from softmark.solvers.materials import Law, law_for
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.isotropic_material import Isotropic
 from softmark.solvers.materials.linear_elastic import LinearElastic
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from softmark.solvers.energies.remembering import Memories, Memory
+from softmark.solvers.energies.viscoelastic_memory import Memories, Memory
 from softmark.solvers.materials import WORDS, law_for
-from softmark.solvers.materials.measures import Green, Measure, Shape, Small, Turned
-from softmark.solvers.materials.relaxing import series_of
-from softmark.solvers.materials.resting import OfAny, of_first
-from softmark.solvers.materials.viscous import Viscous
+from softmark.solvers.materials.maxwell_branch_energy import OfAny, of_first
+from softmark.solvers.materials.strain_measures import Green, Measure, Shape, Small, Turned
+from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.viscoelastic_increment import series_of
 
 ALL: list[Measure] = [Small(), Green(), Shape(), Turned()]
 ids = [type(m).__name__ for m in ALL]

@@ -9,24 +9,24 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.skin import pieces_of, skin_of
+from softmark.solvers.contact.contact_surface import pieces_of, skin_of
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.mass import consistent_mass, mass_points
-from softmark.solvers.dynamics.problem import Dynamics
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import Law, law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.apart import Apart
-from softmark.solvers.mesh.flat import Quadrilateral
+from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
 
 pytest.importorskip("ipctk")
-from softmark.solvers.contact.colliding import Colliding
-from softmark.solvers.contact.sliding import Sliding
+from softmark.solvers.contact.deformable_contact import Colliding
+from softmark.solvers.contact.deformable_friction import Sliding
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.distort import qualities
-from softmark.solvers.mesh.files.reading import UnreadableMesh
+from softmark.solvers.mesh.cell_splitting import NotTwoColourable, five
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
 from softmark.solvers.mesh.mesh import Mesh, jacobians
+from softmark.solvers.mesh.mesh_distortion import qualities
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, transverse
-from softmark.solvers.mesh.splits import NotTwoColourable, five
 
 MADE = {
     "beam": (Cylinder(0.178, 0.019), 0.012),
@@ -390,7 +390,7 @@ def test_the_alternating_split_is_that_of_sofa() -> None:
     one = Mesh(mesh.points, mesh.cells[:1], "hex8")
     c = one.cells[0][[1, 0, 3, 2, 5, 4, 7, 6]]
     listed = [(0, 5, 1, 6), (0, 1, 3, 6), (1, 3, 6, 2), (6, 3, 0, 7), (6, 7, 0, 5), (7, 5, 4, 0)]
-    from softmark.solvers.mesh.splits import alternating
+    from softmark.solvers.mesh.cell_splitting import alternating
 
     assert {frozenset(t) for t in alternating(one).cells.tolist()} == {frozenset(c[list(t)].tolist()) for t in listed}
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import UnknownElement
-from softmark.solvers.mesh.clip import Pieces
-from softmark.solvers.mesh.cuts import LEAST, Cut, lines
-from softmark.solvers.mesh.distort import qualities
-from softmark.solvers.mesh.divisions import OFF_CENTRE
-from softmark.solvers.mesh.files.reading import converted
+from softmark.solvers.mesh.cell_counts import OFF_CENTRE
+from softmark.solvers.mesh.conforming_planes import LEAST, Cut, lines
+from softmark.solvers.mesh.files.mesh_reader import converted
+from softmark.solvers.mesh.mesh_distortion import qualities
 from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.simplex_clipping import Pieces
 
 KINDS = ("tet4", "tet10", "hex8")
 

@@ -9,12 +9,12 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.linear.factorisations import factor
 from softmark.solvers.materials import Law
-from softmark.solvers.mesh.distort import TooPoor, distorted, qualities, worst
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh, jacobians
+from softmark.solvers.mesh.mesh_distortion import TooPoor, distorted, qualities, worst
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 KINDS = tuple(ELEMENTS)

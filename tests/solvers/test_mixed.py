@@ -14,22 +14,22 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressured import with_pressures
+from softmark.solvers.assembly.mixed_elements import with_pressures
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
-from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation, MixedSolid
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy, MeanDilatation, MixedSolid
 from softmark.solvers.linear.factorisations import factor
-from softmark.solvers.linear.saddle import factor as saddle_factor
+from softmark.solvers.linear.saddle_point import factor as saddle_factor
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
-from softmark.solvers.materials.isochoric import Isochoric
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.materials.isochoric_split import Isochoric
+from softmark.solvers.mesh.cell_splitting import with_nodes
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.pressures import pressures
+from softmark.solvers.mesh.pressure_interpolation import pressures
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.splits import with_nodes
-from softmark.solvers.statics.equilibrium import Equilibrium, Linear, Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Statics, equilibrium
 
 FINITE = ("neo_hookean", "neo_hookean_isochoric", "st_venant_kirchhoff")
 
@@ -370,7 +370,7 @@ def test_against_taylor_hood_of_scikit_fem() -> None:
 
 def own_weight(mesh: Mesh) -> Floats:
     """Consistent forces of a body force of -1 N/m^3 along z, by the quadrature of mass."""
-    from softmark.solvers.dynamics.mass import mass_points
+    from softmark.solvers.dynamics.mass_matrices import mass_points
 
     N, w = mass_points(mesh.points, mesh.cells, mesh.element)
     f = np.zeros_like(mesh.points)

@@ -10,13 +10,13 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.loads import FaceMoment
-from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.energies.external_loads import FaceMoment
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.rod_loads import RodArms, RodMoments
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodSection
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 SPACE = RodSpace(3)
 

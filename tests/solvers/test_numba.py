@@ -17,15 +17,15 @@ import numba
 import numpy as np
 import pytest
 
-from softmark.solvers.base import jit
+from softmark.solvers.runtime import kernel_cache
 
 ROOT = Path(__file__).parents[2]
-TREE = ast.parse(Path(jit.__file__).read_text(encoding="utf-8"))
-SAID = f"numba {numba.__version__} is not what solvers/base/jit.py was written for"
+TREE = ast.parse(Path(kernel_cache.__file__).read_text(encoding="utf-8"))
+SAID = f"numba {numba.__version__} is not what solvers/runtime/kernel_cache.py was written for"
 
 
 def private() -> list[tuple[str, str]]:
-    """What jit.py asks of the modules of numba.core that it imports, (module, attribute), in its text."""
+    """What kernel_cache.py asks of the modules of numba.core that it imports, (module, attribute), in its text."""
     imported = {
         (alias.asname or alias.name).lstrip("_")
         for node in ast.walk(TREE)
@@ -43,7 +43,7 @@ def private() -> list[tuple[str, str]]:
 
 def overridden() -> list[tuple[type, type, str]]:
     """Methods of our classes that numba calls: (ours, numba's, name)."""
-    ours = [c for c in vars(jit).values() if inspect.isclass(c) and c.__module__ == jit.__name__]
+    ours = [c for c in vars(kernel_cache).values() if inspect.isclass(c) and c.__module__ == kernel_cache.__name__]
     return [
         (cls, base, name)
         for cls in ours
@@ -61,7 +61,7 @@ def test_something_is_looked_at() -> None:
 
 @pytest.mark.parametrize(("module", "name"), private())
 def test_numba_has_what_the_cache_is_made_of(module: str, name: str) -> None:
-    assert hasattr(getattr(jit, module), name), f"{SAID}: numba.core.{module}.{name} is gone"
+    assert hasattr(getattr(kernel_cache, module), name), f"{SAID}: numba.core.{module}.{name} is gone"
 
 
 @pytest.mark.parametrize(("ours", "theirs", "name"), overridden())
@@ -72,20 +72,20 @@ def test_numba_calls_our_methods_as_it_did(ours: Any, theirs: Any, name: str) ->
 
 def test_a_cache_has_the_parts_that_ours_reaches_for() -> None:
     """Beside classes: the members of one that is made."""
-    made = jit._Cache(jit.stamp)
+    made = kernel_cache._Cache(kernel_cache.stamp)
     lacking = [n for n in ("_cache_path", "_cache_file", "_impl", "_py_func") if not hasattr(made, n)]
     lacking += [n for n in ("_guard_against_spurious_io_errors", "_load_overload") if not hasattr(made, n)]
     assert lacking == [], SAID
     assert hasattr(made._impl, "filename_base"), SAID
-    assert hasattr(jit.runtime.rtsys, "initialize"), SAID
-    assert callable(jit._Place.get_suitable_cache_subpath), SAID
+    assert hasattr(kernel_cache.runtime.rtsys, "initialize"), SAID
+    assert callable(kernel_cache._Place.get_suitable_cache_subpath), SAID
 
 
 def test_the_cache_is_the_one_that_numba_asks() -> None:
     """A kernel that is compiled is kept through ours: numba has asked it, for a key with ours at its end."""
     asked = []
 
-    class Listening(jit._Cache):
+    class Listening(kernel_cache._Cache):
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             asked.append("load")
 

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from softmark.solvers.energies.energy import Space
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
 

@@ -17,14 +17,14 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law, law_for, parts_for
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 Field = Callable[[np.ndarray], np.ndarray]
 YOUNG, POISSON = 1000.0, 0.3

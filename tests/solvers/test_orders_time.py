@@ -17,11 +17,11 @@ from scipy.integrate import solve_ivp
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS, Integrator
 from softmark.solvers.dynamics.bdf2 import BDF2
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
-from softmark.solvers.dynamics.trapezoidal import Trapezoidal
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
+from softmark.solvers.energies.external_loads import DeadForces
 
 NAMES = sorted(INTEGRATORS)
 THEORY = {name: 1.0 if name == "implicit_euler" else 2.0 for name in NAMES}

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps.flats import Brick
-from softmark.solvers.contact.gaps.round import Ball
-from softmark.solvers.contact.passing import passed, skin
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.contact.touching import Touching
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance.polyhedra import Brick
+from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
+from softmark.solvers.contact.tunnelling_check import passed, skin
 
 BALL = Ball(5.0, (0.0, 0.0, 5.0))  # on the plane of the nodes
 X = np.array([(x, y, 0.0) for x in (-4.0, 0.0, 4.0) for y in (-4.0, 0.0, 4.0)])

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 E, NU, RHO, G = 60e3, 0.49, 1070.0, 9.81
 MU, LAM = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))

@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import DIRECTED, MATERIALS, law_for
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 pytestmark = pytest.mark.slow
 

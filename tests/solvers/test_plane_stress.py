@@ -7,7 +7,7 @@ import pytest
 from equal_moduli import made
 from scipy.optimize import brentq
 
-from softmark.solvers.checks.differences import FreeFaces
+from softmark.solvers.independent_forces.stress_by_differences import FreeFaces
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
 from softmark.solvers.materials.plane_stress import PlaneStress, Thin
 

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.language.conditions import Condition, Term
-from softmark.interpreter.problem.parts.true import selected
+from softmark.interpreter.language.coordinate_conditions import Condition, Term
+from softmark.interpreter.problem.surface_selection.exact_surface import selected
 from softmark.solvers.elements import UnknownElement, element_of
 from softmark.solvers.mesh import polygons
-from softmark.solvers.mesh.cuts import Cut
-from softmark.solvers.mesh.distort import qualities
-from softmark.solvers.mesh.extruded import Extruded
+from softmark.solvers.mesh.conforming_planes import Cut
+from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.mesh import jacobians
-from softmark.solvers.mesh.plane_quads import quads
-from softmark.solvers.mesh.refine import finer
-from softmark.solvers.mesh.revolved import Cone, Revolution, Revolved
+from softmark.solvers.mesh.mesh_distortion import qualities
+from softmark.solvers.mesh.mesh_refinement import finer
+from softmark.solvers.mesh.quadrilateral_meshing import quads
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolution, Revolved
 from softmark.solvers.mesh.shape import Shape
 
 SIZE = 0.005

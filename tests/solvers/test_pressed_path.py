@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers.statics.pressed import Place, Press, Stiff, _Search
-from softmark.solvers.statics.problem import NotConverged
+from softmark.solvers.statics.force_controlled_rigid_body import Place, Press, Stiff, _Search
+from softmark.solvers.statics.static_problem import NotConverged
 
 E = 1e-6
 

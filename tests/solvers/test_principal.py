@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from softmark.records import dataclass
-from softmark.solvers.base import elementary
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.invariants import OfInvariants
-from softmark.solvers.materials.isotropic import Isotropic
+from softmark.solvers.materials.isotropic_material import Isotropic
+from softmark.solvers.materials.two_invariant_law import OfInvariants
+from softmark.solvers.runtime import scalar_or_array
+from softmark.solvers.statics.isotropic_material_point import PrincipalPoint
 from softmark.solvers.statics.material_point import Drive, MaterialPoint, NoState
-from softmark.solvers.statics.principal_point import PrincipalPoint
 from tests.shared.equal_moduli import CONSTANTS, made
 
 RNG = np.random.default_rng(11)
@@ -65,11 +65,11 @@ def test_a_law_in_principal_axes_is_that_of_tensors(name: str) -> None:
 def test_functions_of_a_number_are_those_of_arrays(x: float) -> None:
     with np.errstate(all="ignore"):
         for name in ("exp", "expm1", "log1p"):
-            of = getattr(elementary, name)
+            of = getattr(scalar_or_array, name)
             assert of(x) == pytest.approx(float(getattr(np, name)(x)), rel=1e-15, nan_ok=True)
             assert isinstance(of(np.array([x])), np.ndarray)
-    assert elementary.where(x > 0.0, 1.0, 2.0) == (1.0 if x > 0.0 else 2.0)
-    assert elementary.where(np.array([True, False]), 1.0, 2.0).tolist() == [1.0, 2.0]
+    assert scalar_or_array.where(x > 0.0, 1.0, 2.0) == (1.0 if x > 0.0 else 2.0)
+    assert scalar_or_array.where(np.array([True, False]), 1.0, 2.0).tolist() == [1.0, 2.0]
 
 
 STATES = {

@@ -16,20 +16,20 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.network import network
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.disturbances import DISTURBANCES, DisturbedNodes, disturbed, turns
-from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
-from softmark.solvers.statics.problem import Equilibrium
-from softmark.solvers.statics.recovery import Tangled, inside_out, recovered
+from softmark.solvers.mesh.spring_edges import network
+from softmark.solvers.statics.perturbed_states import DISTURBANCES, DisturbedNodes, disturbed, turns
+from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
+from softmark.solvers.statics.static_problem import Equilibrium
 
 NEAR = 1e-6
 

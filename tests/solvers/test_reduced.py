@@ -10,25 +10,25 @@ import pytest
 from scipy import sparse
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.dynamics.mass import consistent_mass, mass_points
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies import elementwise
+from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic import Elastic, Together
-from softmark.solvers.energies.elementwise import ElementRotation
+from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.element_corotational import ElementRotation
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.materials.polar import rotations
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.materials.polar_decomposition import rotations
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.reduced.basis import derivatives, orthonormal, principal, vibration
-from softmark.solvers.reduced.cells import apart, cells_of, part, pressed
-from softmark.solvers.reduced.projected import Dense, Projected, Quadratic
-from softmark.solvers.reduced.sampling import nonnegative, sample
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.model_reduction.cell_energies import apart, cells_of, part, pressed
+from softmark.solvers.model_reduction.hyperreduction import nonnegative, sample
+from softmark.solvers.model_reduction.projected_energy import Dense, Projected, Quadratic
+from softmark.solvers.model_reduction.reduced_basis import derivatives, orthonormal, principal, vibration
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 NONE = np.zeros(0, dtype=np.int64)
 LAWS = ("small", "corotational", "neo_hookean")
@@ -59,7 +59,7 @@ def energies(mesh: Mesh) -> dict[str, Energy]:
     soft = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "corotational")
     A = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "small").dPdF(np.eye(3)[None])[0]
     one = Elastic(mesh.cells, parts.dNdX, parts.w, soft)
-    K, G = elementwise.stiffness(parts.dNdX, parts.w, A), elementwise.mean(parts.dNdX, parts.w)
+    K, G = element_corotational.stiffness(parts.dNdX, parts.w, A), element_corotational.mean(parts.dNdX, parts.w)
     found: dict[str, Energy] = {
         "points": one,
         "together": Together((one, Elastic(mesh.cells, middle.dNdX, middle.w, soft))),

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.interpolation import locate
+from softmark.solvers.mesh.cell_splitting import SPLITS
+from softmark.solvers.mesh.element_interpolation import locate
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.refine import Unmatched, finer
+from softmark.solvers.mesh.mesh_refinement import Unmatched, finer
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.mesh.splits import SPLITS
 
 BODIES = {"box": Box((0.03, 0.02, 0.01)), "cylinder": Cylinder(0.04, 0.01)}
 

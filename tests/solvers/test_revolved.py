@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 from equal_moduli import made
 
-from softmark.solvers.assembly.pressured import with_pressures
-from softmark.solvers.assembly.solids import elastic_parts
-from softmark.solvers.checks import solids
-from softmark.solvers.checks.pressures import Pressed, split_of
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.assembly.elastic_energy_factory import elastic_parts
+from softmark.solvers.assembly.mixed_elements import with_pressures
+from softmark.solvers.energies.axisymmetric import Revolved, RevolvedPressure, carried
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.pressures import MeanDilatation, MixedSolid
-from softmark.solvers.energies.revolved import Revolved, RevolvedPressure, carried
+from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation, MixedSolid
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.flat import Quadrilateral, Slice
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.stresses.sampled import State
+from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
+from softmark.solvers.stress_recovery.sampling_point_stress import State
 
 DEPTH = 0.1
 SECTION = Slice(Quadrilateral((0.2, 0.0, 0.0), (1.0, 0.1, 0.0), (1.2, 1.0, 0.0), (0.0, 0.9, 0.0)), DEPTH)
@@ -106,8 +106,9 @@ def test_volumes_and_forces_found_again(kind: str) -> None:
     )  # of a polygon
     assert energy.w.sum() == pytest.approx(2 * np.pi * moment, rel=1e-12)
     law, x = energy.law, bent(points)
-    body = solids.CheckedBody(points, energy.cells, kind, x.reshape(-1, 3), (solids.StressTerm(law.P),), 1.0,
-                              depth=DEPTH)  # fmt: skip
+    body = solid_forces.CheckedBody(
+        points, energy.cells, kind, x.reshape(-1, 3), (solid_forces.StressTerm(law.P),), 1.0, depth=DEPTH
+    )
     f, _ = body.forces(energy.cells)
     assert f.ravel() == pytest.approx(gradient(energy, x), rel=0, abs=1e-13 * np.abs(f).max())
 

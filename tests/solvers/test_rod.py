@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from end_force import concentrated
 
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_kinematics import Segments
 from softmark.solvers.energies.rod_rotation import (
     between,
@@ -431,6 +431,7 @@ def test_material_points_need_a_straight_axis() -> None:
 
 def test_a_rod_needs_numpy_alone() -> None:
     """A scene with a beam and nothing else starts without numba and scipy."""
-    code = "import sys, softmark.solvers.energies.rod; print(sorted({'numba', 'scipy'} & set(sys.modules)))"
+    rod = "softmark.solvers.energies.geometrically_exact_rod"
+    code = f"import sys, {rod}; print(sorted({{'numba', 'scipy'}} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from softmark.solvers.energies.energy import Energy
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_joints import Jointed, Joints
 from softmark.solvers.energies.rod_loads import RodArms, RodMoments
 from softmark.solvers.energies.rod_rotation import exponential, product, quaternion, rotation
 from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
-from softmark.solvers.statics.rod_network import RodNetwork
+from softmark.solvers.statics.rod_frame_state import RodNetwork
 
 UNIT = RodStiffness(EA=1.0, GA2=0.7, GA3=0.5, GJ=0.4, EI2=1.1, EI3=0.8)
 POINT = np.array([0, 1, 2, 2, 3, 4, 2, 5])  # three rods, of two, two and one elements, that meet at point 2

@@ -1,7 +1,8 @@
 """Rods in motion: forces and tangents over rotation vectors, orders in time, momenta, spins and swings.
 
-Truths: the numpy formulas of the rod at rest (others, see energies/turning/kernels.py), Euler's equations and the
-rod's own by scipy's DOP853, which share no integrator with the march, and the closed period of a pendulum.
+Truths: the numpy formulas of the rod at rest (others, see energies/incremental_rotation/moving_rod_kernels.py),
+Euler's equations and the rod's own by scipy's DOP853, which share no integrator with the march, and the closed period
+of a pendulum.
 """
 
 from __future__ import annotations
@@ -17,20 +18,20 @@ from tangents import differences, gradient, tangent
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.scheme import Motion
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.integrator import Motion
+from softmark.solvers.dynamics.rotational_inertia import Turning
+from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
-from softmark.solvers.dynamics.turning import Turning
 from softmark.solvers.energies.energy import Energy
-from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic
+from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedMoments
+from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
 from softmark.solvers.energies.rod_loads import RodArms, RodMoments
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import chain, rod_at_rest
-from softmark.solvers.energies.turning.loads import TurnedMoments
-from softmark.solvers.energies.turning.rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
-from softmark.solvers.linear.chains import ChainSolver
+from softmark.solvers.linear.banded_lu import ChainSolver
 
 NONE = np.zeros(0, dtype=np.int64)
 GUM = circular(4e-3, 1e6, 0.3)

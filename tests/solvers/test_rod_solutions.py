@@ -14,7 +14,7 @@ import pytest
 from end_force import concentrated
 
 from softmark.solvers.energies.energy import Space
-from softmark.solvers.energies.rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
 

@@ -15,22 +15,22 @@ from tangents import differences, gradient, tangent
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.scheme import Motion
-from softmark.solvers.dynamics.turning import Turning
-from softmark.solvers.energies.blocks import OverElements
-from softmark.solvers.energies.rod import RodElastic
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.integrator import Motion
+from softmark.solvers.dynamics.rotational_inertia import Turning
+from softmark.solvers.dynamics.time_integration import march
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic
+from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedGuides
+from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import TurnedTendons
+from softmark.solvers.energies.incremental_rotation.moving_rods import RodChart, TurningRod
+from softmark.solvers.energies.local_blocks import OverElements
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import circular
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
 from softmark.solvers.energies.rod_tendons import RodTendons
-from softmark.solvers.energies.turning.loads import TurnedGuides
-from softmark.solvers.energies.turning.rods import RodChart, TurningRod
-from softmark.solvers.energies.turning.tendons import TurnedTendons
-from softmark.solvers.linear.chains import ChainSolver
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.linear.banded_lu import ChainSolver
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 Made = Callable[[], tuple[OverElements, np.ndarray]]
 L, GUM = 0.2, circular(4e-3, 1e6, 0.3)

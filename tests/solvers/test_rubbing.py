@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps.gap import Gap
-from softmark.solvers.contact.gaps.round import Ball
-from softmark.solvers.contact.inner import inner
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.contact.rubbing import Rubbing
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.facet_contact_points import inner
+from softmark.solvers.contact.rigid_friction import Rubbing
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance.distance_function import Gap
+from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
 from softmark.solvers.energies.energy import Floats
 
 BALL = Ball(1.0, (0.0, 0.0, 0.0))

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.mesh.sections import Disc, Rectangle
+from softmark.solvers.mesh.cross_sections import Disc, Rectangle
 from softmark.solvers.mesh.shape import Section
-from softmark.solvers.mesh.tube import Annulus
-from softmark.solvers.stresses.sections import stress_in, stress_in_taper
+from softmark.solvers.mesh.tubes import Annulus
+from softmark.solvers.stress_recovery.section_stress import stress_in, stress_in_taper
 
 SECTIONS = {"disc": Disc(2.0), "ring": Annulus(2.0, 1.2), "high": Rectangle(1.0, 3.0), "wide": Rectangle(2.5, 1.0)}
 KINDS = pytest.mark.parametrize("section", SECTIONS.values(), ids=SECTIONS)

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.seeping import seeping
-from softmark.solvers.checks.pores import Soaked
+from softmark.solvers.assembly.taylor_hood import seeping
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.seeping import Pores, Seeping
+from softmark.solvers.energies.poroelastic import Pores, Seeping
+from softmark.solvers.independent_forces.poroelastic_equations import Soaked
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.biphasic import Biphasic
-from softmark.solvers.materials.constraints import Dilatation, VolumeRatio
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.materials.volumetric_constraints import Dilatation, VolumeRatio
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 

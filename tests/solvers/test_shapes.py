@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import element_of
-from softmark.solvers.mesh.arc import Arc
+from softmark.solvers.mesh.arc_shapes import Arc
 from softmark.solvers.mesh.mesh import jacobians
-from softmark.solvers.mesh.refine import finer
+from softmark.solvers.mesh.mesh_refinement import finer
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
-from softmark.solvers.mesh.tube import Annulus, Tube
+from softmark.solvers.mesh.tubes import Annulus, Tube
 
 SIZE = 0.004
 BODIES: dict[str, Shape] = {
@@ -106,7 +106,7 @@ def test_parts_are_parts_of_the_whole(cls: type[Any]) -> None:
 
 def test_a_tube_has_nodes_on_the_cuts_of_supports() -> None:
     """Planes through the axis, circles around it, planes across it."""
-    from softmark.solvers.mesh.cuts import Cut
+    from softmark.solvers.mesh.conforming_planes import Cut
 
     tube = Tube(0.1, 0.01, 0.006)
     cut = tube.chord((0.0, 0.6, 0.8, 0.0))

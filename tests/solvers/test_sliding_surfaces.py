@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softmark.solvers.checks import sliding as again
-from softmark.solvers.contact.nearest import shares
-from softmark.solvers.contact.skin import skin_of
-from softmark.solvers.mesh.apart import Apart
-from softmark.solvers.mesh.flat import Quadrilateral
+from softmark.solvers.contact.closest_face_points import shares
+from softmark.solvers.contact.contact_surface import skin_of
+from softmark.solvers.independent_forces import deformable_friction_forces as again
+from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
 
 pytest.importorskip("ipctk")
-from softmark.solvers.contact.colliding import Colliding
-from softmark.solvers.contact.sliding import Sliding
+from softmark.solvers.contact.deformable_contact import Colliding
+from softmark.solvers.contact.deformable_friction import Sliding
 
 GAP, MU = 2e-3, 0.4
 CASES = [("tet4", 0.0), ("hex8", 0.0), ("tri6", 0.0), ("quad8", 0.05)]

@@ -7,15 +7,15 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.loads import DeadForces
+from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
-from softmark.solvers.mesh.interpolation import centre_rule, integration
+from softmark.solvers.mesh.cell_splitting import with_nodes
+from softmark.solvers.mesh.element_interpolation import centre_rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.splits import with_nodes
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 LAWS = [
     ("linear_elastic", "small"),

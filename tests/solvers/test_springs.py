@@ -9,11 +9,11 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import VectorSpace
-from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.springs import Springs, stiffness_from_modulus
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.network import BODY, CUBE, EDGE, FACE, Diagonals, network, shares
-from softmark.solvers.statics.equilibrium import NotConverged, Statics, equilibrium
+from softmark.solvers.mesh.spring_edges import BODY, CUBE, EDGE, FACE, Diagonals, network, shares
+from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
 
 NONE = np.zeros(0, dtype=np.int64)
 BOTH: tuple[Diagonals, ...] = ("faces", "all")

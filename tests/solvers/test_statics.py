@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.loads import DeadForces, FollowerPressure
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.linear import factorisations as linear
-from softmark.solvers.linear.systems import Linear, Systems
+from softmark.solvers.linear.linear_solver import Linear, Systems
 from softmark.solvers.materials import Law
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.sparse import pardiso
-from softmark.solvers.statics.equilibrium import Equilibrium, NotConverged, Statics, equilibrium
-from softmark.solvers.statics.newton import Newton
+from softmark.solvers.statics.static_equilibrium import Equilibrium, NotConverged, Statics, equilibrium
+from softmark.solvers.statics.static_newton import Newton
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]
@@ -362,7 +362,7 @@ def test_a_slender_part_that_is_clamped_is_held(
     slender: float, elastic: Energies, problem: Problems, law: Maker
 ) -> None:
     """It resists bending by (h/L)^3 and less of its stiffness along, which is not nothing; on rollers nothing does."""
-    from softmark.solvers.statics.stability import loose_motion
+    from softmark.solvers.statics.static_stability import loose_motion
 
     mesh = Box((slender, 1.0, 1.0)).mesh("hex8", 1.0)
     clamped = np.zeros_like(mesh.points, dtype=bool)

@@ -9,22 +9,22 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.assembly.pressured import with_pressures
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.assembly.mixed_elements import with_pressures
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
-from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.pressures import DisplacementEnergy, MeanDilatation, MixedSolid
-from softmark.solvers.linear.systems import Linear
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy, MeanDilatation, MixedSolid
+from softmark.solvers.linear.linear_solver import Linear
 from softmark.solvers.materials import MATERIALS, Isotropic, law_for, mixed_for
-from softmark.solvers.mesh import interpolation
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh import element_interpolation
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
-from softmark.solvers.stresses.field import Stresses
-from softmark.solvers.stresses.layers import Layers
-from softmark.solvers.stresses.measures import Tensors, component_of, full
-from softmark.solvers.stresses.sampled import State, superconvergent
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
+from softmark.solvers.stress_recovery.multi_material_recovery import Layers
+from softmark.solvers.stress_recovery.sampling_point_stress import State, superconvergent
+from softmark.solvers.stress_recovery.stress_field import Stresses
+from softmark.solvers.stress_recovery.stress_measures import Tensors, component_of, full
 from tests.solvers import test_orders_solids as orders
 
 POISSON, YOUNG, MU, LAM = orders.POISSON, orders.YOUNG, orders.MU, orders.LAM
@@ -365,13 +365,13 @@ def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch
     the layer as well that the cell is not of.
     """
     counted: list[int] = []
-    searched = interpolation._in_curved_cells
+    searched = element_interpolation._in_curved_cells
 
     def counting(mesh: Mesh, X: np.ndarray) -> Any:
         counted.append(len(X))
         return searched(mesh, X)
 
-    monkeypatch.setattr(interpolation, "_in_curved_cells", counting)
+    monkeypatch.setattr(element_interpolation, "_in_curved_cells", counting)
     mesh = Box((1.0, 1.0, 1.0)).mesh("hex8", 0.25)
     owners = (mesh.points[mesh.cells].mean(axis=1)[:, 1] > 0.5).astype(np.int64)
     materials = tuple(MATERIALS["linear_elastic"](E, 0.0, 1.0) for E in (2.0, 10.0))
@@ -394,15 +394,15 @@ def test_points_of_several_probes_are_found_once(monkeypatch: pytest.MonkeyPatch
 
 def test_many_points_do_not_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     """At most 64 sets, and so many points of all but the last four together."""
-    monkeypatch.setattr(interpolation, "KEPT", (4, 64, 500))
+    monkeypatch.setattr(element_interpolation, "KEPT", (4, 64, 500))
     mesh = Box((1.0, 1.0, 1.0)).mesh("tet4", 0.5)
     rng = np.random.default_rng(6)
     for _ in range(70):
-        interpolation.locate(mesh, rng.random((3, 3)))
-    kept = mesh.selections[interpolation.locate]
+        element_interpolation.locate(mesh, rng.random((3, 3)))
+    kept = mesh.selections[element_interpolation.locate]
     assert len(kept) == 64
     for _ in range(6):
-        interpolation.locate(mesh, rng.random((200, 3)))
+        element_interpolation.locate(mesh, rng.random((200, 3)))
     assert [len(X) for X, _ in kept] == [200] * 4
 
 

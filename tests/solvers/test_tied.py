@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.overlaps import overlaps
-from softmark.solvers.contact.skin import pieces_of
-from softmark.solvers.contact.tied import tied
-from softmark.solvers.energies.elastic import Elastic
+from softmark.solvers.contact.contact_surface import pieces_of
+from softmark.solvers.contact.surface_overlap import overlaps
+from softmark.solvers.contact.tie_constraint import tied
+from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.apart import Apart
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.disjoint_shapes import Apart
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.statics.equilibrium import Statics, equilibrium
+from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 KINDS = ["tet4", "tet10", "hex8", "hex20", "hex27"]
 

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from softmark.interpreter.vocabulary.courses import Ramp, Sine
+from softmark.interpreter.vocabulary.amplitude_words import Ramp, Sine
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.loading import Constant
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics, Rayleigh
-from softmark.solvers.dynamics.step_error import step_error
-from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.reduced.projected import Dense, Quadratic
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.load_amplitudes import Constant
+from softmark.solvers.dynamics.time_integration import march
+from softmark.solvers.dynamics.time_step_error import step_error
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.model_reduction.projected_energy import Dense, Quadratic
 
 CASES, QUICK = 400, 80  # a case takes some 50 ms
 

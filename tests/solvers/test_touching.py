@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps.round import Ball
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.contact.touching import Touching
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
 
 BALL = Ball(5.0, (0.0, 0.0, 5.05))
 X = np.array([(x, y, 0.0) for x in (-2.0, 0.0, 2.0) for y in (-2.0, 0.0, 2.0)])

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from softmark.interpreter.evidence.contact_check import DISTANCES, _distance
-from softmark.interpreter.front.contacts import DISTANT
-from softmark.solvers.checks import touching
-from softmark.solvers.contact.barrier import Barrier
-from softmark.solvers.contact.gaps import GAPS, gap_of
-from softmark.solvers.contact.pose import Pose, Posed
-from softmark.solvers.contact.touching import node_areas
-from softmark.solvers.mesh.extruded import Extruded
-from softmark.solvers.mesh.instruments import HalfSpace, Punch, RoundedBox, Tip
-from softmark.solvers.mesh.revolved import Cone, Revolved
+from softmark.interpreter.validation.contact_checks import DISTANT
+from softmark.interpreter.verification.contact_forces_check import DISTANCES, _distance
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.rigid_contact import node_areas
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance import GAPS, gap_of
+from softmark.solvers.independent_forces import rigid_contact_forces
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.tube import Tube
+from softmark.solvers.mesh.tubes import Tube
 
 AXIS = (0.6, 0.0, 0.8)
 SHAPES: dict[str, Any] = {
@@ -67,8 +67,8 @@ def test_a_closed_surface_is_seen_from_all_sides() -> None:
     shape = Box((1.0, 2.0, 0.5), (-0.5, -1.0, 0.0))
     points, triangles = shape.surface(5.0)
     x = around(shape)
-    g, n = touching.enclosed(points, triangles)(x)
-    mine, way = touching.box((-0.5, -1.0, 0.0), (0.5, 1.0, 0.5))(x)
+    g, n = rigid_contact_forces.enclosed(points, triangles)(x)
+    mine, way = rigid_contact_forces.box((-0.5, -1.0, 0.0), (0.5, 1.0, 0.5))(x)
     assert g == pytest.approx(mine, abs=1e-13)
     assert n[mine > 0.0] == pytest.approx(way[mine > 0.0], abs=1e-10)
 
@@ -80,7 +80,7 @@ def test_a_motion_by_quaternions_is_that_of_rodrigues() -> None:
     gap = gap_of(shape)
     assert gap is not None
     mine, normal, _ = Posed(gap, Pose(shift, tuple(w.tolist()), about)).look(x)
-    g, n = touching.carried(_distance(shape), np.array(shift), w, np.array(about))(x)
+    g, n = rigid_contact_forces.carried(_distance(shape), np.array(shift), w, np.array(about))(x)
     out = mine > 1e-6
     assert g[out] == pytest.approx(mine[out], abs=1e-13)
     assert n[out] == pytest.approx(normal[out], abs=1e-9)
@@ -89,7 +89,7 @@ def test_a_motion_by_quaternions_is_that_of_rodrigues() -> None:
 def test_the_law_of_the_gap_is_written_again() -> None:
     """Both forms of k s^2 / (1 - s), beyond the bend too, and their slopes."""
     law, g = Barrier(1e-3, 5e3), np.linspace(-1e-3, 2e-3, 301)
-    p, slope = touching.pressure(g, law.distance, law.stiffness, law.bend)
+    p, slope = rigid_contact_forces.pressure(g, law.distance, law.stiffness, law.bend)
     assert p == pytest.approx(law.pressure(g), rel=1e-12, abs=1e-9)
     assert slope == pytest.approx(law.slope(g), rel=1e-12, abs=1e-6)
 
@@ -98,7 +98,7 @@ def test_the_law_of_the_gap_is_written_again() -> None:
 def test_areas_of_nodes_are_those_of_linear_shape_functions(depth: float) -> None:
     points, triangles = Cylinder(1.0, 0.5, (0.0, 1.0, 0.0)).surface(0.4)
     nodes, areas = node_areas(np.abs(points), triangles, ((0, 1, 2),), depth)
-    again = touching.shares(np.abs(points), triangles, depth)
+    again = rigid_contact_forces.shares(np.abs(points), triangles, depth)
     assert again[nodes] == pytest.approx(areas, rel=1e-11)
 
 

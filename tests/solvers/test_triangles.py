@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.mesh.cuts import Cut
-from softmark.solvers.mesh.distort import qualities
-from softmark.solvers.mesh.flat import Quadrilateral, QuarterRing, Slice
-from softmark.solvers.mesh.folds import folded
+from softmark.solvers.mesh.conforming_planes import Cut
+from softmark.solvers.mesh.jacobian_bounds import folded
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.refine import finer
+from softmark.solvers.mesh.mesh_distortion import qualities
+from softmark.solvers.mesh.mesh_refinement import finer
+from softmark.solvers.mesh.plane_regions import Quadrilateral, QuarterRing, Slice
 
 PANEL = Slice(Quadrilateral((0.0, 0.0, 0.0), (0.048, 0.044, 0.0), (0.048, 0.06, 0.0), (0.0, 0.044, 0.0)), 0.004)
 RING = Slice(QuarterRing(1.0, 2.0), 0.2)

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from softmark.solvers.assembly.solids import elastic_energy, elastic_parts
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.pressures import MeanDilatation
+from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, elastic_parts
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
 from softmark.solvers.materials import MATERIALS, drags_for, law_for, mixed_for, parts_for
+from softmark.solvers.materials.heterogeneous import averaged, with_constants
 from softmark.solvers.materials.plane_stress import Thin
-from softmark.solvers.materials.varying import averaged, with_constants
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.reduced.cells import part
+from softmark.solvers.model_reduction.cell_energies import part
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def test_a_plate_opens_by_the_constants_of_each_point(call: str) -> None:
 def test_many_points_are_handed_on_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     law = law_for(MATERIALS["neo_hookean"](E, NU, 1.0), "finite")  # type: ignore[arg-type]
     whole = law.dPdF(F)
-    monkeypatch.setattr("softmark.solvers.materials.varying.BLOCK", 4)
+    monkeypatch.setattr("softmark.solvers.materials.heterogeneous.BLOCK", 4)
     np.testing.assert_array_equal(law.dPdF(F), whole)
     with pytest.raises(ValueError, match="5 deformation gradients"):
         law.P(F[:5])

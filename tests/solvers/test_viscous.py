@@ -10,22 +10,22 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.checks.hereditary import Course, weights
 from softmark.solvers.dynamics import INTEGRATORS
-from softmark.solvers.dynamics.march import march
-from softmark.solvers.dynamics.problem import Dynamics
-from softmark.solvers.dynamics.remembering import Remembering
-from softmark.solvers.energies.elastic import Elastic
-from softmark.solvers.energies.loads import DeadForces
-from softmark.solvers.energies.remembering import Memories, Memory, fading
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.time_integration import march
+from softmark.solvers.dynamics.viscoelastic_step import Remembering
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.external_loads import DeadForces
+from softmark.solvers.energies.viscoelastic_memory import Memories, Memory, fading
+from softmark.solvers.independent_forces.hereditary_integral import Course, weights
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.materials.measures import Green, Measure, Shape, Small, Turned
+from softmark.solvers.materials.maxwell_branch_energy import of_first
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
-from softmark.solvers.materials.relaxing import Relaxing, Series
-from softmark.solvers.materials.resting import of_first
 from softmark.solvers.materials.small_strain import SmallStrain
-from softmark.solvers.mesh.interpolation import integration
+from softmark.solvers.materials.strain_measures import Green, Measure, Shape, Small, Turned
+from softmark.solvers.materials.viscoelastic_increment import Relaxing, Series
+from softmark.solvers.mesh.element_interpolation import integration
 from softmark.solvers.mesh.mesh import Mesh
 
 G, TAU = np.array([0.3, 0.2]), np.array([1.0, 10.0])

@@ -10,8 +10,8 @@ import meshio
 import numpy as np
 import pytest
 
-from softmark.interpreter.models.results import readers
-from softmark.solvers.mesh.files.reading import UnreadableMesh, read, read_triangles
+from softmark.interpreter.models.imported_results import readers
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, read, read_triangles
 
 POINTS = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0, 2.0)])
 CELLS = np.array([[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]])

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import all_visible, visible
+from softmark.interpreter.cli.commands.common_options import folder as folder_name
 from softmark.interpreter.cli.commands.compare import request_of, work_options
-from softmark.interpreter.cli.commands.options import folder as folder_name
 from softmark.interpreter.cli.commands.study_options import carried_out, shelved
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
-    from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.language.scene import Scene
-    from softmark.interpreter.study.board.cases import BoardCase
-    from softmark.interpreter.study.board.cells import Board
-    from softmark.interpreter.study.compare import Comparison
+    from softmark.interpreter.cli.commands.progress_line import Progress
+    from softmark.interpreter.language.compiled_scene import Scene
+    from softmark.interpreter.study.comparison_study import Comparison
+    from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
+    from softmark.interpreter.study.leaderboard.suite_cases import BoardCase
 
 STANDARD = "2026"
 
@@ -40,12 +40,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Make a board; the exit status is 3 where a case or a model has no answer."""
-    from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.study.board import against
+    from softmark.interpreter.cli.commands.progress_line import Progress
+    from softmark.interpreter.study.leaderboard import leaderboard_changes
 
     try:
-        old = None if parsed.against is None else against.read(parsed.against)
-    except against.Foreign as foreign:
+        old = None if parsed.against is None else leaderboard_changes.read(parsed.against)
+    except leaderboard_changes.Foreign as foreign:
         print(visible(f"error: {foreign}"), file=sys.stderr)
         return 2
     if unknown := _unknown(parsed.also):
@@ -72,8 +72,8 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _unknown(programs: list[str]) -> str:
     """What is wrong with the programs of `--also`, or nothing."""
-    from softmark.grammar.suggest import nearest
-    from softmark.interpreter.models.outside.adapters import PROGRAMS
+    from softmark.grammar.name_suggestions import nearest
+    from softmark.interpreter.models.external.adapters import PROGRAMS
 
     for name in programs:
         if name not in PROGRAMS:
@@ -85,10 +85,10 @@ def _unknown(programs: list[str]) -> str:
 
 def _read(names: list[str], also: list[str]) -> tuple[str, list[BoardCase]] | None:
     """The cases under a title; None, and what is wrong is shown, where a suite is in error or a scene is not there."""
-    from softmark.interpreter.cli.commands.board_also import with_others
-    from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
-    from softmark.interpreter.study.board.cases import cases_of_scene, cases_of_suite
-    from softmark.interpreter.study.board.suite import is_suite, read, standard_suites
+    from softmark.interpreter.cli.commands.other_programs_option import with_others
+    from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
+    from softmark.interpreter.study.leaderboard.suite_cases import cases_of_scene, cases_of_suite
+    from softmark.interpreter.study.leaderboard.suite_file import is_suite, read, standard_suites
 
     def load(name: str) -> tuple[Scene | None, list[Diagnostic]]:
         return with_others(name, also)
@@ -124,8 +124,8 @@ def _listed(title: str, cases: list[BoardCase]) -> str:
 def _made(
     title: str, cases: list[BoardCase], old: Board | None, parsed: argparse.Namespace, progress: Progress
 ) -> int:  # fmt: skip
-    from softmark.interpreter.study.board.cases import subjects_of
-    from softmark.interpreter.study.compare import compare
+    from softmark.interpreter.study.comparison_study import compare
+    from softmark.interpreter.study.leaderboard.suite_cases import subjects_of
 
     subjects, folder = subjects_of(cases), Path(parsed.out or "board")
     request = request_of(parsed, folder, progress, not parsed.fresh, plain=True)
@@ -138,9 +138,9 @@ def _shelve(
     title: str, cases: list[BoardCase], found: Comparison, old: Board | None, folder: Path, parsed: argparse.Namespace
 ) -> int:
     """Write the site and say what it shows; the exit status."""
-    from softmark.interpreter.report.board.comment import comment
-    from softmark.interpreter.report.board.page import page
-    from softmark.interpreter.study.board.cells import board_of
+    from softmark.interpreter.report.leaderboard.leaderboard_comment import comment
+    from softmark.interpreter.report.leaderboard.leaderboard_page import page
+    from softmark.interpreter.study.leaderboard.leaderboard_cells import board_of
 
     board = board_of(title, cases, found.found.points, found.to_json())
     text = json.dumps(board.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

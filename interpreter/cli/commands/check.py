@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
-from softmark.interpreter.cli.commands.options import diagnostics_option, override_option, plugin_option
-from softmark.interpreter.cli.commands.scenes import has_errors, load, show
-from softmark.interpreter.dictionary.formats import FORMATS, Told, rendered
+from softmark.interpreter.cli.commands.common_options import diagnostics_option, override_option, plugin_option
+from softmark.interpreter.cli.commands.scene_arguments import has_errors, load, show
+from softmark.interpreter.help.diagnostic_formats import FORMATS, Told, rendered
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 def _contents(scene: object) -> str:
     """`4 models, 3 references, 5 metrics, 9 expectations`."""
-    from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.language.compiled_scene import Scene
 
     if not isinstance(scene, Scene):
         return ""

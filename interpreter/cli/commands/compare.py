@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.options import folder as folder_name
-from softmark.interpreter.cli.commands.options import override_option, plugin_option
+from softmark.interpreter.cli.commands.common_options import folder as folder_name
+from softmark.interpreter.cli.commands.common_options import override_option, plugin_option
 from softmark.interpreter.cli.commands.study_options import (
     again_options,
     carried_out,
@@ -22,10 +22,10 @@ from softmark.interpreter.cli.commands.study_options import (
 )
 
 if TYPE_CHECKING:
-    from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.study.analysis.compared import Compared
-    from softmark.interpreter.study.compare import Comparison, ComparisonRequest
-    from softmark.interpreter.study.expansion.variations import SceneSubject
+    from softmark.interpreter.cli.commands.progress_line import Progress
+    from softmark.interpreter.study.analysis.comparison_record import Compared
+    from softmark.interpreter.study.comparison_study import Comparison, ComparisonRequest
+    from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,7 +75,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.markdown is not None:
         print("error: `--markdown` says what has changed between two JSON files; give it two", file=sys.stderr)
         return 2
-    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.cli.commands.progress_line import Progress
 
     progress = Progress(sys.stderr)
     progress.say("start", f"comparing {', '.join(parsed.files)}")
@@ -89,10 +89,10 @@ def _changes(parsed: argparse.Namespace) -> int:
     """What has changed from one result to another."""
     import json
 
-    from softmark.interpreter.cli.commands.collisions import collision
-    from softmark.interpreter.report.compare.changes import changes_table
-    from softmark.interpreter.report.compare.comment import comment
-    from softmark.interpreter.study.analysis import changes
+    from softmark.interpreter.cli.commands.output_collisions import collision
+    from softmark.interpreter.report.comparison.comparison_changes import changes_table
+    from softmark.interpreter.report.comparison.comparison_comment import comment
+    from softmark.interpreter.study.analysis import result_changes
 
     asked = {"--json": parsed.json, "--markdown": parsed.markdown}
     given = [("a result that is compared", Path(name)) for name in parsed.files]
@@ -101,9 +101,9 @@ def _changes(parsed: argparse.Namespace) -> int:
         print(problem, file=sys.stderr)
         return 2
     try:
-        old, new = (changes.read(name) for name in parsed.files)
-        found = changes.changes(old, new, (parsed.files[0], parsed.files[1]))
-    except changes.Foreign as foreign:
+        old, new = (result_changes.read(name) for name in parsed.files)
+        found = result_changes.changes(old, new, (parsed.files[0], parsed.files[1]))
+    except result_changes.Foreign as foreign:
         print(visible(f"error: {foreign}"), file=sys.stderr)
         return 2
     texts = {
@@ -132,11 +132,11 @@ def _compare(parsed: argparse.Namespace, progress: Progress) -> int:
 def _compared(
     subjects: list[SceneSubject], folder: Path, parsed: argparse.Namespace, progress: Progress
 ) -> Comparison:  # fmt: skip
-    from softmark.interpreter.study.compare import compare
+    from softmark.interpreter.study.comparison_study import compare
 
     def accurate(found: Compared) -> None:
         """Errors are known long before times: who sits in front of it sees them."""
-        from softmark.interpreter.report.compare.terminal import errors
+        from softmark.interpreter.report.comparison.comparison_terminal import errors
 
         progress.clear()
         print(errors(found, colour=True), end="\n\n", file=sys.stderr, flush=True)
@@ -148,9 +148,9 @@ def _compared(
 
 def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubject] | None:
     """The scenes, each with a short name of its own; None, and what is wrong is shown, where one is in error."""
-    from softmark.interpreter.cli.commands.scenes import load, show
-    from softmark.interpreter.front.requests import concerning
-    from softmark.interpreter.study.expansion.variations import subject_of
+    from softmark.interpreter.cli.commands.scene_arguments import load, show
+    from softmark.interpreter.study.configurations.configuration_expansion import subject_of
+    from softmark.interpreter.validation.requested_names import concerning
 
     found: list[SceneSubject] = []
     sound = True
@@ -174,20 +174,20 @@ def request_of(
     parsed: argparse.Namespace, folder: Path, progress: Progress, resume: bool, **asked: Any
 ) -> ComparisonRequest:
     """What `work_options` say, and what else is asked."""
-    from softmark.interpreter.cli import signals
-    from softmark.interpreter.study.compare import ComparisonRequest
+    from softmark.interpreter.cli import exit_signals
+    from softmark.interpreter.study.comparison_study import ComparisonRequest
 
     return ComparisonRequest(
         folder=folder, jobs=parsed.jobs, cluster=parsed.cluster, timeout=parsed.timeout, repeats=parsed.repeats,
         resume=resume, fresh=parsed.fresh, allow_contaminated=parsed.allow_contaminated,
-        command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say, saying=signals.saying, **asked,
+        command=shlex.join(["dsl", *sys.argv[1:]]), say=progress.say, saying=exit_signals.saying, **asked,
     )  # fmt: skip
 
 
 def _shelve(comparison: Comparison, folder: Path, parsed: argparse.Namespace) -> int:
     """Write the result and show it; the exit status."""
-    from softmark.interpreter.report.compare.page import page
-    from softmark.interpreter.report.compare.terminal import table
+    from softmark.interpreter.report.comparison.comparison_page import page
+    from softmark.interpreter.report.comparison.comparison_terminal import table
 
     found, text = comparison.found, comparison.dumps()
     sound = shelved({"compare.json": lambda: text, "compare.html": lambda: page(found)}, text, folder, parsed)

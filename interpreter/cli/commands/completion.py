@@ -22,7 +22,7 @@ def run(parsed: argparse.Namespace) -> int:
     if parsed.shell in SHELLS:
         print((Path(completion.__file__).parent / f"dsl.{parsed.shell}").read_text(encoding="utf-8"), end="")
         return 0
-    from softmark.interpreter.cli.completion.answers import answers
+    from softmark.interpreter.cli.completion.candidates import answers
 
     words = sys.stdin.buffer.read().decode("utf-8", errors="replace").split("\0")[:-1]
     for word, meaning in answers(words).items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.scenes import show
+from softmark.interpreter.cli.commands.scene_arguments import show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,7 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """0 if all of a plugin keeps the contracts of its words, 1 if something does not, 2 if there is no such plugin."""
-    from softmark.interpreter.cli.conformance.plugin import conformance
+    from softmark.interpreter.cli.conformance.plugin_contracts import conformance
 
     found = conformance(parsed.file)
     show(found.diagnostics)

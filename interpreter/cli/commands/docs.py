@@ -22,9 +22,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Build the pages where they are not there yet, print where the page is, and open it in a browser."""
-    from softmark.interpreter.pages.build import Unavailable, build, site, sources
-    from softmark.interpreter.pages.places import places
-    from softmark.interpreter.results.files import refuse_link
+    from softmark.interpreter.documentation.site_builder import Unavailable, build, site, sources
+    from softmark.interpreter.documentation.site_inventory import places
+    from softmark.interpreter.results.atomic_files import refuse_link
 
     try:
         if parsed.out:
@@ -53,7 +53,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _unknown(name: str, known: list[str]) -> str:
-    from softmark.grammar.suggest import nearest
+    from softmark.grammar.name_suggestions import nearest
 
     close = nearest(name, known)
     meant = f"did you mean `{close}`?" if close else "`dsl docs` opens the first one, which leads to all"

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.options import folder
-from softmark.interpreter.editor.colours import EDITORS
+from softmark.interpreter.cli.commands.common_options import folder
+from softmark.interpreter.language_server.syntax_highlighting import EDITORS
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def run(parsed: argparse.Namespace) -> int:
         width = max(map(len, EDITORS))
         print("\n".join(f"dsl editor {name:{width}}  {_of(name).TITLE}" for name in EDITORS))
         return 0
-    from softmark.interpreter.results.files import folder_within, refuse_link, replace
+    from softmark.interpreter.results.atomic_files import folder_within, refuse_link, replace
 
     into = Path(parsed.out or f"softmark-{parsed.editor}")
     editor = _of(parsed.editor)
@@ -43,4 +43,4 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _of(name: str) -> Any:
-    return import_module(f"softmark.interpreter.editor.colours.{EDITORS[name]}")
+    return import_module(f"softmark.interpreter.language_server.syntax_highlighting.{EDITORS[name]}")

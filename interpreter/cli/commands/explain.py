@@ -6,10 +6,10 @@ import argparse
 import sys
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.options import plugin_option
-from softmark.interpreter.dictionary.absent import hint
-from softmark.interpreter.dictionary.words import page, page_of_plugins
-from softmark.interpreter.front.catalogue import vocabulary_with
+from softmark.interpreter.cli.commands.common_options import plugin_option
+from softmark.interpreter.help.unknown_words import hint
+from softmark.interpreter.help.word_pages import page, page_of_plugins
+from softmark.interpreter.validation.constructor_registry import vocabulary_with
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +22,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> int:
     """Print the page of a constructor, a kind, a word, a unit or a code."""
-    from softmark.interpreter.cli.commands.scenes import errors, show
+    from softmark.interpreter.cli.commands.scene_arguments import errors, show
 
     words, found = vocabulary_with(parsed.plugins)
     show(found)

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.options import folder, scene_options
-from softmark.interpreter.cli.commands.scenes import errors, load, show
-from softmark.interpreter.models.outside.decks import FORMATS
+from softmark.interpreter.cli.commands.common_options import folder, scene_options
+from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
+from softmark.interpreter.models.external.exporters import FORMATS
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,15 +26,15 @@ def run(parsed: argparse.Namespace) -> int:
     show(errors(found))
     if scene is None or errors(found):
         return 2
-    from softmark.interpreter.front.requests import unknown_models
-    from softmark.interpreter.language.scene import SceneError
+    from softmark.interpreter.language.compiled_scene import SceneError
+    from softmark.interpreter.validation.requested_names import unknown_models
 
     if problems := unknown_models(scene, tuple(parsed.model)):
         show(problems)
         return 2
-    from softmark.interpreter.report.exam.export import export
-    from softmark.interpreter.results.files import refuse_link
-    from softmark.interpreter.run.options import Options
+    from softmark.interpreter.pipeline.run_options import Options
+    from softmark.interpreter.report.exam_export.exam_folder import export
+    from softmark.interpreter.results.atomic_files import refuse_link
 
     stem = Path(scene.path).stem if scene.path else "scene"
     target = Path(parsed.out or f"{stem}-{parsed.to}")

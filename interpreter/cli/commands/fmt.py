@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.grammar.parse import parse
-from softmark.interpreter.cli.commands.scenes import Unread, has_errors, read_scene, show
+from softmark.grammar.parser import parse
+from softmark.interpreter.cli.commands.scene_arguments import Unread, has_errors, read_scene, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +26,7 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _one(name: str, check: bool) -> int:
-    from softmark.grammar.print import CannotFormat, format_source
+    from softmark.grammar.printer import CannotFormat, format_source
 
     try:
         source, _, path = read_scene(name)
@@ -69,7 +69,7 @@ def _deliver(source: Source, text: str, path: Path | None, check: bool) -> int:
 
 def _replace(path: Path, text: str) -> int:
     """Write beside the file and rename, so that an interruption leaves one of the two whole."""
-    from softmark.interpreter.results.files import replacing
+    from softmark.interpreter.results.atomic_files import replacing
 
     try:
         mode = path.stat().st_mode & 0o777

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.interpreter.cli.commands import run as running
-from softmark.interpreter.cli.commands.options import diagnostics_option, folder, override_option, plugin_option
+from softmark.interpreter.cli.commands.common_options import diagnostics_option, folder, override_option, plugin_option
 from softmark.interpreter.cli.commands.report_folder import led_elsewhere
-from softmark.interpreter.cli.commands.scenes import Unread, read_scene
+from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.run.options import Text
+    from softmark.interpreter.pipeline.run_options import Text
 
 FIELDS = {  # of `results(...)`, by option: what is written there, and whether in quotes
     "unit": ("one unit of the files' lengths, such as 1mm (default: 1 m)", False),
@@ -85,7 +85,7 @@ def _read(file: str) -> tuple[Source, Path, Path | None] | Unread:
 def _declared(source: Source) -> list[str]:
     """Names that a scene gives, as far as it can be read; what is wrong with it is said when it is."""
     from softmark.grammar import tree
-    from softmark.grammar.parse import parse
+    from softmark.grammar.parser import parse
 
     return [d.name for d in parse(source)[0].declarations if isinstance(d, tree.Declare | tree.Param)]
 
@@ -93,7 +93,7 @@ def _declared(source: Source) -> list[str]:
 def _compared(source: Source) -> list[str]:
     """Models of the scene that a metric names, such as by `against`: without them it would have no value."""
     from softmark.grammar import tree
-    from softmark.grammar.parse import parse
+    from softmark.grammar.parser import parse
 
     declared = [d for d in parse(source)[0].declarations if isinstance(d, tree.Declare)]
     models = [d.name for d in declared if d.kind == "model"]
@@ -120,7 +120,7 @@ def _named(path: str, taken: list[str]) -> str:
 def _with(scene: tuple[Source, Path, Path | None] | Unread, parsed: argparse.Namespace, names: list[str]) -> Text:
     """The scene with a model for each result, as if they stood in its last lines. Raises Unread."""
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.run.options import Text
+    from softmark.interpreter.pipeline.run_options import Text
 
     if isinstance(scene, Unread):
         raise scene

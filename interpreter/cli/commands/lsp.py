@@ -7,7 +7,7 @@ import os
 import sys
 from importlib.util import find_spec
 
-from softmark.interpreter.cli.commands.options import plugin_option
+from softmark.interpreter.cli.commands.common_options import plugin_option
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def run(parsed: argparse.Namespace) -> int:
     incoming = os.fdopen(os.dup(0), "rb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # and nothing else reads what the editor says
     from softmark import pausing
-    from softmark.interpreter.editor.server import serve
+    from softmark.interpreter.language_server.server import serve
 
     pausing.end()
     return serve(incoming, outgoing, parsed.plugins)

@@ -10,7 +10,7 @@ from itertools import dropwhile, takewhile
 from pathlib import Path
 
 from softmark.grammar.diagnostic import visible
-from softmark.grammar.suggest import nearest
+from softmark.grammar.name_suggestions import nearest
 from softmark.scenes import ROOT
 
 FOLDER = ROOT / "templates"
@@ -87,7 +87,7 @@ def _told(name: str, template: Template) -> str:
 
 def _written(files: list[Path], folder: Path) -> int:
     """Copies of files in a folder; none replaces another file."""
-    from softmark.interpreter.results.files import replace
+    from softmark.interpreter.results.atomic_files import replace
 
     taken = [folder / f.name for f in files if os.path.lexists(folder / f.name)]
     if taken:

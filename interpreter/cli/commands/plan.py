@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.options import scene_options
-from softmark.interpreter.cli.commands.scenes import errors, load, show
+from softmark.interpreter.cli.commands.common_options import scene_options
+from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,8 +20,8 @@ def run(parsed: argparse.Namespace) -> int:
     show(errors(found))
     if scene is None:
         return 2
-    from softmark.interpreter.front.requests import unknown_models
-    from softmark.interpreter.plan.plan import plan_of
+    from softmark.interpreter.planning.run_plan import plan_of
+    from softmark.interpreter.validation.requested_names import unknown_models
 
     if problems := unknown_models(scene, tuple(parsed.model)):
         show(problems)

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import visible
-from softmark.interpreter.cli.commands.collisions import collision, folded, read_by
+from softmark.interpreter.cli.commands.output_collisions import collision, folded, read_by
 
 if TYPE_CHECKING:
-    from softmark.interpreter.language.scene import Scene
-    from softmark.interpreter.results.report import Report
+    from softmark.interpreter.language.compiled_scene import Scene
+    from softmark.interpreter.results.run_report import Report
 
 
 SPARE = 10.0  # times as long as keeping took last time must have passed until it is done again
@@ -46,11 +46,11 @@ class Shelf:
 
     def begin(self, scene: Scene) -> None:
         """Find the places of a scene's report; from now on, what is finished is kept. Raises Unusable."""
-        from softmark.interpreter.cli import signals
+        from softmark.interpreter.cli import exit_signals
 
         if not self.named:
             self.folder = Path(f"{Path(scene.path).stem if scene.path else 'scene'}-report")
-        signals.saying(self.rescue)
+        exit_signals.saying(self.rescue)
         if problem := led_elsewhere(None if self.named else self.folder) or self._unusable(scene):
             raise Unusable(problem)
         self.begun = True
@@ -107,21 +107,21 @@ class Shelf:
         return str(self.folder / "report.html") if self.folder and not self.failed else ""
 
     def _write(self, report: Report, page: bool = True) -> None:
-        from softmark.interpreter.report.files import junit
-        from softmark.interpreter.report.files.files import write
-        from softmark.interpreter.results.files import write_named
+        from softmark.interpreter.report.files import junit_report
+        from softmark.interpreter.report.files.report_files import write
+        from softmark.interpreter.results.atomic_files import write_named
 
         if self.folder is not None:
             folder = self.folder
             self._attempt("--out", str(folder), lambda: write(report, folder, page))
         for option, place in self.files.items():
-            text = report.dumps() if option == "--json" else junit.render(report)
+            text = report.dumps() if option == "--json" else junit_report.render(report)
             self._attempt(option, place, lambda place=place, text=text: write_named(Path(place), text))  # type: ignore[misc]
         self.count = len(report.models)
 
     @staticmethod
     def _paraview(report: Report, folder: Path) -> None:
-        from softmark.interpreter.report.files.files import write_vtu
+        from softmark.interpreter.report.files.report_files import write_vtu
 
         write_vtu(report, folder)  # a ValueError of it is a defect of ours, and no trouble with the place
 

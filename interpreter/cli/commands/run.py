@@ -6,17 +6,17 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.cli.commands.options import diagnostics_option, folder, scene_options
+from softmark.interpreter.cli.commands.common_options import diagnostics_option, folder, scene_options
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from softmark.grammar.diagnostic import Diagnostic
-    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.cli.commands.progress_line import Progress
     from softmark.interpreter.cli.commands.report_folder import Shelf
-    from softmark.interpreter.results.report import Report
-    from softmark.interpreter.run.options import Options, Text
-    from softmark.interpreter.run.taken import Keeper
+    from softmark.interpreter.pipeline.cached_results import Keeper
+    from softmark.interpreter.pipeline.run_options import Options, Text
+    from softmark.interpreter.results.run_report import Report
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,10 +46,10 @@ def _count(text: str) -> int:
 
 def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -> int:
     """Run the scene, or what `reading` gives; the exit status is that of its report. `reading` may raise Unread."""
-    from softmark.interpreter.cli.commands.progress import Progress
+    from softmark.interpreter.cli.commands.progress_line import Progress
 
     if reading is None and parsed.watch:
-        from softmark.interpreter.cli.commands.watching import watch
+        from softmark.interpreter.cli.commands.watch_mode import watch
 
         return watch(parsed)
     progress = Progress(sys.stderr)
@@ -62,11 +62,11 @@ def run(parsed: argparse.Namespace, reading: Callable[[], Text] | None = None) -
 
 def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], Text] | None) -> int:
     from softmark.interpreter.cli.commands.report_folder import Shelf, Unusable
-    from softmark.interpreter.cli.commands.scenes import Unread, read_scene, show
-    from softmark.interpreter.dictionary.formats import Told, rendered
-    from softmark.interpreter.language.scene import SceneError
-    from softmark.interpreter.run.options import Options, Text
-    from softmark.interpreter.run.pipeline import report_of
+    from softmark.interpreter.cli.commands.scene_arguments import Unread, read_scene, show
+    from softmark.interpreter.help.diagnostic_formats import Told, rendered
+    from softmark.interpreter.language.compiled_scene import SceneError
+    from softmark.interpreter.pipeline.run_options import Options, Text
+    from softmark.interpreter.pipeline.run_pipeline import report_of
 
     def warn(found: Sequence[Diagnostic]) -> None:
         progress.clear()
@@ -108,8 +108,8 @@ def _run(parsed: argparse.Namespace, progress: Progress, reading: Callable[[], T
 
 def _kept(text: Text, options: Options, keeper: Keeper) -> Report:
     """The report, with what the keeper knows where that goes with the rest."""
-    from softmark.interpreter.run.pipeline import report_of
-    from softmark.interpreter.run.taken import Outdated
+    from softmark.interpreter.pipeline.cached_results import Outdated
+    from softmark.interpreter.pipeline.run_pipeline import report_of
 
     try:
         return report_of(text, options, keeper)
@@ -120,7 +120,7 @@ def _kept(text: Text, options: Options, keeper: Keeper) -> Report:
 def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> Keeper:
     """What knows the results of earlier runs; meshes, which `--vtu` writes, are not among them."""
     from softmark.grammar.diagnostic import visible
-    from softmark.interpreter.study.kept.keeper import Keeper
+    from softmark.interpreter.study.run_cache.result_keeper import Keeper
 
     def remark(text: str) -> None:
         progress.clear()
@@ -132,15 +132,15 @@ def _keeper(parsed: argparse.Namespace, shelf: Shelf, progress: Progress) -> Kee
 def _shown(report: Report, parsed: argparse.Namespace, shelf: Shelf) -> int:
     """The finished report written and printed; the exit status."""
     from softmark.grammar.diagnostic import visible
-    from softmark.interpreter.report.run import terminal
+    from softmark.interpreter.report.run import report_terminal
 
     written = shelf.finish(report)
     if parsed.json != "-":
-        print(terminal.table(report, sys.stdout.isatty()))
+        print(report_terminal.table(report, sys.stdout.isatty()))
         if written:
             print(f"\nreport: {visible(written)}")
     if parsed.diagnostics == "github":
-        from softmark.interpreter.dictionary.formats.github import of_report
+        from softmark.interpreter.help.diagnostic_formats.github import of_report
 
         _annotate(of_report(report), parsed)
     return 3 if shelf.failed else report.exit_status

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
-    from softmark.interpreter.cli.commands.progress import Progress
-    from softmark.interpreter.language.scene import Scene
+    from softmark.interpreter.cli.commands.progress_line import Progress
+    from softmark.interpreter.language.compiled_scene import Scene
 
 Found = TypeVar("Found")
 
@@ -67,12 +67,12 @@ def carried_out(
 
     `name` is that of its files, `page` of what a person reads where that is called otherwise.
     """
-    from softmark.interpreter.cli.commands.collisions import collision, folded, read_by
+    from softmark.interpreter.cli.commands.output_collisions import collision, folded, read_by
     from softmark.interpreter.cli.commands.report_folder import led_elsewhere, message, unusable
-    from softmark.interpreter.cli.commands.scenes import show
-    from softmark.interpreter.language.scene import SceneError
-    from softmark.interpreter.study.expansion.variations import TooMany
-    from softmark.interpreter.study.workers import journal, pool
+    from softmark.interpreter.cli.commands.scene_arguments import show
+    from softmark.interpreter.language.compiled_scene import SceneError
+    from softmark.interpreter.study.configurations.configuration_expansion import TooMany
+    from softmark.interpreter.study.workers import task_journal, worker_pool
 
     places = [("--out", str(folder))] + ([("--json", parsed.json)] if parsed.json not in (None, "-") else [])
     made = folded("--out", folder, (f"{name}.json", page or f"{name}.html", "journal.jsonl"))
@@ -87,11 +87,11 @@ def carried_out(
         progress.clear()
         show(error.diagnostics)
         return 2
-    except (journal.JournalRefused, pool.NoWorkers, TooMany) as refused:
+    except (task_journal.JournalRefused, worker_pool.NoWorkers, TooMany) as refused:
         return _refused(progress, f"error: {refused}")
     except OSError as error:
         return _refused(progress, message(str(folder), error, "--out"), 3)
-    except journal.Interrupted as stop:
+    except task_journal.Interrupted as stop:
         return _refused(progress, f"interrupted; {stop}", 130)
     progress.clear()
     return found
@@ -108,7 +108,7 @@ def _refused(progress: Progress, words: str, status: int = 2) -> int:
 def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, parsed: argparse.Namespace) -> bool:
     """Write files into the folder, and the JSON result where `--json` says; whether all went well."""
     from softmark.interpreter.cli.commands.report_folder import message
-    from softmark.interpreter.results.files import replace
+    from softmark.interpreter.results.atomic_files import replace
 
     sound = True
     try:
@@ -123,7 +123,7 @@ def shelved(files: Mapping[str, Callable[[], str]], text: str, folder: Path, par
 def written(place: str, text: str, option: str = "--json") -> bool:
     """Write a result where an option says; whether that went well."""
     from softmark.interpreter.cli.commands.report_folder import message
-    from softmark.interpreter.results.files import write_named
+    from softmark.interpreter.results.atomic_files import write_named
 
     if place == "-":
         sys.stdout.write(text)

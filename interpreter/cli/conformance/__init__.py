@@ -7,7 +7,7 @@
     plugin      all of a file: `dsl conformance`
 
 A contract is a generator of breaches: what is wrong and what to do. tests/contracts holds our own tables to them.
-To add one: a generator here, a line in `plugin.py`.
+To add one: a generator here, a line in `plugin_contracts.py`.
 """
 
 from __future__ import annotations

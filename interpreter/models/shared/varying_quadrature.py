@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.language.enclosures import over
-from softmark.interpreter.language.profiles import Profile
+from softmark.interpreter.language.interval_arithmetic import over
+from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.field_files import bounds as bounds_of_field
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.adaptive_quadrature import FineRule, adaptive_rule, family_of
-from softmark.solvers.mesh.interpolation import Integration, Rule, integration
+from softmark.solvers.mesh.element_interpolation import Integration, Rule, integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.positive_quadrature import positive_rules
 

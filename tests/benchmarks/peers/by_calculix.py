@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from protocol import Found, NotConverged, Problem, main
 
-from softmark.interpreter.models.outside.adapters import calculix
+from softmark.interpreter.models.external.adapters import calculix
 
 
 def deck(problem: Problem, first: float) -> str:

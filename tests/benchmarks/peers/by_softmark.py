@@ -7,11 +7,11 @@ from importlib.metadata import version
 
 from protocol import Found, NotConverged, Problem, main
 
-import softmark.interpreter.models.fem.build  # noqa: F401 - so that no clock counts it
-from softmark.interpreter.face.api import loads
-from softmark.interpreter.models.builders import build
-from softmark.interpreter.models.shared.prepared import Workshop
-from softmark.interpreter.problem.case import case_of
+import softmark.interpreter.models.fem.fem_builder  # noqa: F401 - so that no clock counts it
+from softmark.interpreter.api.python_api import loads
+from softmark.interpreter.models.model_builders import build
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.problem.body_case import case_of
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.mesh import Mesh
 

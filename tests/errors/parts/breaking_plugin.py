@@ -4,7 +4,7 @@ from typing import Annotated
 
 import numpy as np
 
-from softmark.interpreter.metrics.metric import OfDisplacements
+from softmark.interpreter.metrics.metric_base import OfDisplacements
 from softmark.records import dataclass
 
 SOFTMARK = {"metrics": {"lean": "Lean", "ratio": "Ratio"}}

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from softmark.interpreter.vocabulary.probes import Probe
+from softmark.interpreter.vocabulary.probe_words import Probe
 from softmark.records import dataclass
 
 SOFTMARK = {"probes": {"pair": "Pair"}}

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from softmark.interpreter.metrics.metric import OfDisplacements
+from softmark.interpreter.metrics.metric_base import OfDisplacements
 from softmark.records import dataclass
 
 SOFTMARK = {"metrics": {"sway": "Sway"}}

@@ -7,17 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.interpreter.language.amounts import decimals_of, quantity, scale_of
-from softmark.interpreter.report.charts.axes import linear
-from softmark.interpreter.report.charts.chart import Chart, Curve
-from softmark.interpreter.report.charts.labels import Point
-from softmark.interpreter.report.charts.styles import REST
-from softmark.interpreter.report.page.markup import listed, plain, prose, section, tag
-from softmark.interpreter.report.page.plate import PlateColumn, crowded, plate
-from softmark.interpreter.report.page.sheet import Cell, csv_link, short
-from softmark.interpreter.report.run.findings import Findings
-from softmark.interpreter.report.run.tables.points import point_table
-from softmark.interpreter.report.run.tables.probes import (
+from softmark.interpreter.language.number_formatting import decimals_of, quantity, scale_of
+from softmark.interpreter.report.charts.chart_axes import linear
+from softmark.interpreter.report.charts.curve_labels import Point
+from softmark.interpreter.report.charts.curve_styles import REST
+from softmark.interpreter.report.charts.line_chart import Chart, Curve
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, crowded, plate
+from softmark.interpreter.report.page.html_markup import listed, plain, prose, section, tag
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.line_probes import (
     AXES,
     Floats,
     arc,
@@ -26,7 +25,8 @@ from softmark.interpreter.report.run.tables.probes import (
     looks,
     points_of,
 )
-from softmark.interpreter.report.view3d.camera import upward
+from softmark.interpreter.report.run.tables.point_table import point_table
+from softmark.interpreter.report.view3d.view_camera import upward
 from softmark.records import dataclass
 
 WIDEST, NARROWEST = 640.0, 520.0  # of the plot, pixels

@@ -7,21 +7,21 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.language.amounts import quantity
-from softmark.interpreter.report.charts.axes import Axis, linear
-from softmark.interpreter.report.charts.chart import Chart, Curve
-from softmark.interpreter.report.page.markup import listed, prose, section
-from softmark.interpreter.report.page.plate import plate
-from softmark.interpreter.report.run.findings import Findings, MetricColumn, worth
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.charts.chart_axes import Axis, linear
+from softmark.interpreter.report.charts.line_chart import Chart, Curve
+from softmark.interpreter.report.page.figure_frame import plate
+from softmark.interpreter.report.page.html_markup import listed, prose, section
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, worth
 from softmark.interpreter.report.run.tables.curve_points import columns, saved
-from softmark.interpreter.report.run.tables.probes import drawn_first, looks
+from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.results.report import SeenCurve
+    from softmark.interpreter.results.run_report import SeenCurve
 
     Floats = NDArray[np.float64]
 

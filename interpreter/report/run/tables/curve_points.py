@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from softmark.interpreter.language.amounts import decimals_of, scale_of
-from softmark.interpreter.report.page.plate import PlateColumn
-from softmark.interpreter.report.page.sheet import Cell, csv_link, short
-from softmark.interpreter.results.report import SeenCurve
+from softmark.interpreter.language.number_formatting import decimals_of, scale_of
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.figure_frame import PlateColumn
+from softmark.interpreter.results.run_report import SeenCurve
 
 ROWS = 60  # of the table of numbers
 

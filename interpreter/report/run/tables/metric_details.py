@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from softmark.interpreter.language.amounts import grouped, quantity
-from softmark.interpreter.report.page.markup import prose, tag, text
-from softmark.interpreter.report.page.plate import details
-from softmark.interpreter.report.page.sheet import Cell, csv_link
-from softmark.interpreter.report.run.findings import Findings, MetricColumn
+from softmark.interpreter.language.number_formatting import grouped, quantity
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.figure_frame import details
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
 
 UNITS = {
     "m": "m",

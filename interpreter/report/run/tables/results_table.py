@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 
-from softmark.interpreter.language.amounts import (
+from softmark.interpreter.language.number_formatting import (
     Scale,
     decimals_of,
     grouped,
@@ -16,10 +16,10 @@ from softmark.interpreter.language.amounts import (
     scale_of,
     signed,
 )
-from softmark.interpreter.report.page.markup import count, listed, prose, tag, text
-from softmark.interpreter.report.run.bodies import BodyResults
-from softmark.interpreter.report.run.findings import Findings, MetricColumn, Result, value_of
-from softmark.interpreter.results.report import ModelResult, ReferenceResult
+from softmark.interpreter.report.page.html_markup import count, listed, prose, tag, text
+from softmark.interpreter.report.run.report_bodies import BodyResults
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, value_of
+from softmark.interpreter.results.run_report import ModelResult, ReferenceResult
 
 WIDE = 6  # a table with more metrics is set more tightly
 SYMBOLS = {

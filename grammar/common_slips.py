@@ -1,0 +1,474 @@
+"""What to say about a text that the parser does not take: from the token that does not fit to human words.
+
+To recognise one more mistake: one function from `Slip` to `Diagnostic | None` and its name in `CHECKS`; the
+first that answers is heard. `diagnostic_codes.py` says what each code means.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import pairwise
+
+from softmark.grammar import input_limits
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, remedied, write
+from softmark.grammar.lalr_driver import END, accepted
+from softmark.grammar.lexer import BREAK, Token
+from softmark.grammar.parse_table import load, reserved
+from softmark.grammar.statement_splitting import CLOSERS, OPENERS, WORDS, Chunk
+from softmark.grammar.tree import Span, between
+from softmark.records import dataclass
+
+VALUES = frozenset({"NAME", "PATH", "NUMBER", "STRING", "LPAR", "LSQB", "UNIT"})  # what a value starts with
+FAR = 400  # characters behind a comment that are looked at
+SHAPE = "a declaration reads `kind name = value`"
+WORDS_FOR = {  # kinds of token that have no fixed text
+    "NUMBER": "a value",
+    "NAME": "a name",
+    "STRING": "a text in double quotes",
+    "COMPARE": "a comparison",
+    "RANGE": "`..`",
+    END: "the end of the line",
+}
+LOOKALIKES = {
+    "−": "-", "–": "-", "—": "-", "×": "*", "·": "*", "⋅": "*", "∙": "*", "÷": "/", "≤": "<=", "≥": ">=",
+    "≠": "!=", "…": "..", "...": "..", "“": '"', "”": '"', "„": '"', "«": '"', "»": '"', "‘": '"', "’": '"',
+    "&": "and", "&&": "and", "|": "or", "||": "or", "!": "not", "（": "(", "）": ")", "，": ",", "＝": "=",
+}  # fmt: skip
+FOREIGN_WORDS = {"import": "use", "include": "use", "from": "use", "let": "param", "const": "param",
+                 "var": "param", "assert": "expect", "require": "expect"}  # fmt: skip
+
+PROGRAMS = frozenset({"for", "if", "while", "def"})  # what programs are made of, and scenes are not
+
+
+@dataclass(frozen=True)
+class Slip:
+    """The declaration `tokens`, whose `tokens[index]` does not fit."""
+
+    source: Source
+    chunk: Chunk
+    tokens: Sequence[Token]
+    index: int
+    start: str
+    second: int | None = None  # where another declaration starts on the same line
+
+    @property
+    def found(self) -> Token:
+        """The token that does not fit."""
+        return self.tokens[self.index]
+
+    def kind(self, offset: int) -> str:
+        """The kind of the token `offset` places from the one that does not fit; empty beyond the ends."""
+        place = self.index + offset
+        return self.tokens[place].kind if 0 <= place < len(self.tokens) else ""
+
+    def text(self, offset: int) -> str:
+        """The text of the token `offset` places from the one that does not fit."""
+        place = self.index + offset
+        return self.tokens[place].text if 0 <= place < len(self.tokens) else ""
+
+    @cached_property
+    def accepts(self) -> frozenset[str]:
+        """The kinds of token that would have fitted."""
+        return accepted(load(), self.tokens[: self.index], self.start)
+
+    @cached_property
+    def brackets(self) -> tuple[int, ...]:
+        """The places of the brackets that are open here, outermost first."""
+        stack: list[int] = []
+        for place, token in enumerate(self.tokens[: self.index]):
+            if token.kind in OPENERS:
+                stack.append(place)
+            elif token.kind in CLOSERS and stack:
+                stack.pop()
+        return tuple(stack)
+
+    @property
+    def in_call(self) -> bool:
+        """Whether the innermost open bracket holds arguments."""
+        place = self.brackets[-1] if self.brackets else 0
+        return self.tokens[place].kind == "LPAR" and self.tokens[place - 1].kind in ("NAME", "PATH")
+
+    @property
+    def expected(self) -> str:
+        """`expected a value after `=``: what would have fitted, and after what."""
+        after = f" after {_show(self.tokens[self.index - 1])}" if self.index else ""
+        return f"expected {self._wanted()}{after}"
+
+    def _wanted(self) -> str:
+        if "NUMBER" in self.accepts:
+            return "a version number" if self.accepts == {"NUMBER"} else "a value"
+        kinds = ["COMMA", "RPAR", "RSQB", "EQUAL", "AS", "RANGE", "STRING", "NAME", END]
+        wanted = [self._word(kind) for kind in kinds if kind in self.accepts]
+        if END in self.accepts:
+            wanted.insert(0, "an operator")
+        return f"{', '.join(wanted[:-1])} or {wanted[-1]}" if len(wanted) > 1 else wanted[0]
+
+    def _word(self, kind: str) -> str:
+        if kind == END and self.start == "expression":
+            return "the end"
+        literal = next((t.literal for t in load().terminals if t.name == kind), "")
+        return f"`{literal}`" if literal else WORDS_FOR[kind]
+
+    def say(
+        self, code: str, message: str = "", help: str | Remedy = "", label: str = "", at: Token | None = None
+    ) -> Diagnostic:
+        """A diagnostic at the token that does not fit; without a message, what was expected and found."""
+        message, remedy = message or f"{self.expected}, found {self.shown}", remedied(help)
+        return Diagnostic(code, message, self.source, (at or self.found).span, label, remedy.help, fix=remedy.fix)
+
+    def before(self, text: str, offset: int = 0) -> Fix:
+        """A text that is put before the token `offset` places from the one that does not fit."""
+        token = self.tokens[self.index + offset]
+        return Fix(text, Span(token.start, token.start, token.line, token.column, token.line, token.column))
+
+    def after(self, text: str, place: int) -> Fix:
+        """A text that is put behind the token at a place."""
+        end = self.tokens[place].span
+        return Fix(text, Span(end.end, end.end, end.end_line, end.end_column, end.end_line, end.end_column))
+
+    def over(self, text: str, first: int, last: int) -> Fix:
+        """A text for all tokens from one place to another, `offset` from the one that does not fit."""
+        return Fix(text, between(self.tokens[self.index + first].span, self.tokens[self.index + last].span))
+
+    @property
+    def shown(self) -> str:
+        """The token that does not fit, in words."""
+        if self.found.kind == END:
+            return self._word(END)
+        return _show(self.found)
+
+
+def _show(token: Token) -> str:
+    text = re.split(BREAK, token.text, maxsplit=1)[0]
+    text = text if len(text) <= 30 else f"{text[:27]}..."
+    names = {"UNIT": "the unit ", "NUMBER": "the number ", "STRING": "the text "}
+    return f"{names.get(token.kind, '')}`{text}`"
+
+
+def explain(slip: Slip) -> Diagnostic:
+    """What is wrong at the token that does not fit."""
+    return next(found for check in CHECKS if (found := check(slip)))
+
+
+# ------------------------------------------------------------------- what the parser finds
+
+
+def _second(slip: Slip) -> Diagnostic | None:
+    if slip.second is None:
+        return None
+    at = slip.tokens[slip.second]
+    remedy = Remedy(f"start a new line before `{at.text}`", slip.before("\n", slip.second - slip.index))
+    return slip.say("E115", "a second declaration on one line", remedy, at=at)
+
+
+def _junk(slip: Slip) -> Diagnostic | None:
+    text = slip.found.text
+    match slip.found.kind:
+        case "UNCLOSED_STRING":
+            return slip.say("E103", "the text is not closed", 'a text ends on the line it starts on, with `"`')
+        case "SEMICOLON":
+            return slip.say("E107", "a declaration ends with its line, without `;`", Remedy("remove the `;`", Fix("")))
+        case "SLASHES" | "BLOCK_COMMENT":
+            remedy = Remedy("write `# ...`", _as_comment(slip))
+            return slip.say("E108", f"a comment starts with `#`, not with `{text[:2]}`", remedy)
+        case "SINGLE_QUOTED":
+            return slip.say("E109", "a text stands in double quotes", write(f'"{text.strip(chr(39))}"'))
+        case "LBRACE" | "RBRACE":
+            help = "fields go into a call: `material skin = neo_hookean(young = 60 kPa, poisson = 0.49)`"
+            return slip.say("E112", f"there are no blocks in braces, found `{text}`", help)
+        case "FOREIGN_WORD":
+            help = "names are made of the letters A to Z, a to z, digits and `_`"
+            return slip.say("E130", f"`{text[:30]}` is not a name", help)
+        case "ILLEGAL":
+            return slip.say("E102", f"unexpected {_character(text)}", _for_lookalike(slip))
+    return None
+
+
+def _as_comment(slip: Slip) -> Fix | None:
+    """A foreign comment in one line, nothing behind it, as one of ours."""
+    text, end = slip.found.text, slip.found.end
+    if re.search(BREAK, text) or not re.match(rf"[ \t]*(?:{BREAK}|\Z)", slip.source.text[end : end + FAR]):
+        return None
+    return Fix(f"# {text[2:].removesuffix('*/').strip()}")
+
+
+def _for_lookalike(slip: Slip) -> str | Remedy:
+    """What stands here for a character that looks like it; of quotes the other one is replaced with it."""
+    found = slip.found
+    instead = LOOKALIKES.get(found.text, "")
+    if instead != '"':
+        return write(instead) if instead else ""
+    quotes = "".join(one for one, plain in LOOKALIKES.items() if plain == '"')
+    quoted = re.compile(rf'[{quotes}]([^{quotes}"\\\r\n]*)[{quotes}"]').match(slip.source.text, found.start)
+    if quoted is None:
+        return write(instead)
+    at, length = found.span, len(quoted[0])
+    whole = Span(at.start, at.start + length, at.line, at.column, at.line, at.column + length)
+    return Remedy(f"write `{instead}`", Fix(f'"{quoted[1]}"', whole))
+
+
+def _character(text: str) -> str:
+    if text.isprintable():
+        return f"`{text[:30]}`"
+    return f"character U+{ord(text[0]):04X}"
+
+
+def _foreign_word(slip: Slip) -> Diagnostic | None:
+    first = slip.tokens[0]
+    instead = FOREIGN_WORDS.get(first.text)
+    if slip.start != "declaration" or slip.index not in (1, 2) or not instead or slip.kind(0) == "EQUAL":
+        return None
+    return input_limits.foreign_word(slip.source, first, instead)
+
+
+def _unclosed(slip: Slip) -> Diagnostic | None:
+    if not slip.brackets or not slip.chunk.unclosed:
+        return None
+    starts_line = slip.found.line != slip.tokens[slip.index - 1].line
+    if slip.found.kind != END and not starts_line:
+        return None
+    opening = slip.tokens[slip.brackets[-1]]
+    closings = {"LPAR": ")", "LSQB": "]"}
+    missing = "".join(closings.get(slip.tokens[place].kind, "}") for place in reversed(slip.brackets))
+    remedy = Remedy(f"add the `{closings.get(opening.kind, '}')}`", slip.after(missing, slip.index - 1))
+    return slip.say("E104", f"`{opening.text}` is not closed", remedy, "opened here", opening)
+
+
+def _wrong_closing(slip: Slip) -> Diagnostic | None:
+    found = slip.found
+    if found.kind not in CLOSERS:
+        return None
+    if not slip.brackets:
+        remedy = Remedy(f"remove the `{found.text}`, or open it before", Fix(""))
+        return slip.say("E105", f"`{found.text}` closes nothing", remedy)
+    opening = slip.tokens[slip.brackets[-1]]
+    if OPENERS[opening.kind] == found.kind:
+        return None
+    message = f"`{opening.text}` of line {opening.line} is closed by `{found.text}`"
+    return slip.say("E104", message, "close the brackets in the order they were opened, each by its own kind")
+
+
+def _brackets_without_items(slip: Slip) -> Diagnostic | None:
+    if slip.found.kind != "RPAR" or slip.in_call:
+        return None
+    if slip.kind(-1) == "COMMA":
+        return slip.say("E126", "a vector has at least two items", "a list may have one: `[1] mm`")
+    if slip.kind(-1) == "LPAR":
+        return slip.say("E126", "the brackets are empty", "a list may be empty: `[]`")
+    return None
+
+
+def _comma(slip: Slip) -> Diagnostic | None:
+    if slip.found.kind != "COMMA" or "NUMBER" in slip.accepts:
+        return None
+    if slip.kind(-1) == slip.kind(1) == "NUMBER" and slip.found.end == slip.tokens[slip.index + 1].start:
+        number = f"{slip.text(-1)}.{slip.text(1)}"
+        return slip.say("E113", "the decimal sign is a point", Remedy(f"write `{number}`", slip.over(number, -1, 1)))
+    if slip.brackets or END not in slip.accepts:
+        return None
+    at_end = slip.kind(1) == END
+    message = "a declaration ends without a comma" if at_end else "there is no comma outside brackets"
+    remedy = Remedy("remove the `,`", Fix("")) if at_end else "write one declaration for each"
+    return slip.say("E111", message, remedy)
+
+
+def _equal(slip: Slip) -> Diagnostic | None:
+    """Something else where `=` is due."""
+    if "EQUAL" not in slip.accepts or not (_names_declaration(slip) or _names_argument(slip)):
+        return None
+    name, text = slip.text(-1), slip.text(0)
+    message = f"expected `=` after `{name}`, found {slip.shown}"
+    if _names_declaration(slip) and slip.text(-2) in PROGRAMS:
+        return slip.say(
+            "E106", message, "a scene declares and does not run: what varies is a `study NAME = sweep(...)`"
+        )
+    if text in (":", ":=", "=="):
+        return slip.say("E106", message, Remedy(f"write `{name} = ...`", Fix("=")))
+    if _names_declaration(slip) and slip.found.kind != "LBRACE":
+        return slip.say("E106", message, Remedy(f"write `{slip.text(-2)} {name} = ...`", slip.before("= ")))
+    if slip.found.kind in ("NUMBER", "STRING", "LSQB"):
+        shown = f"{name} = {text}{' ...' if slip.found.kind == 'LSQB' else ''}"
+        return slip.say("E106", message, Remedy(f"write `{shown}`", slip.before("= ")))
+    return None
+
+
+def _names_declaration(slip: Slip) -> bool:
+    return slip.start == "declaration" and slip.index == 2
+
+
+def _names_argument(slip: Slip) -> bool:
+    return slip.in_call and slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA")
+
+
+def _operator(slip: Slip) -> Diagnostic | None:
+    """`=<`, `=>`, `<==`, `**`, `<>`: operators that are written otherwise here."""
+    instead = {"=<": "<=", "=>": ">=", "**": "^", "<>": "!=", "===": "==", "!==": "!="}
+    for pair in ((slip.index - 1, slip.index), (slip.index, slip.index + 1)):
+        if pair[0] >= 0 and pair[1] < len(slip.tokens):
+            first, second = (slip.tokens[place] for place in pair)
+            text = first.text + second.text
+            if text in instead and first.end == second.start:
+                remedy = Remedy(f"write `{instead[text]}`", Fix(instead[text], between(first.span, second.span)))
+                return slip.say("E101", f"there is no operator `{text}`", remedy, at=first)
+    return None
+
+
+def _comparison(slip: Slip) -> Diagnostic | None:
+    """`=` where an expression has ended."""
+    if slip.found.kind != "EQUAL" or "COMPARE" not in slip.accepts:
+        return None
+    if slip.in_call:
+        return _comparison_in_argument(slip)
+    if slip.kind(-1) == "NAME" and slip.kind(-2) in ("LPAR", "COMMA") and slip.tokens[0].kind != "EXPECT":
+        return slip.say("E101", help="named values stand in a call: `cylinder(length = 3 mm)`")
+    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", write("=="))
+
+
+def _comparison_in_argument(slip: Slip) -> Diagnostic | None:
+    """`where = x = 0 mm`; after a comma, `=` more likely names an argument."""
+    start = slip.brackets[-1] + 1
+    commas = [place for place in range(start, slip.index) if slip.tokens[place].kind == "COMMA"]
+    own = [token.kind for token in slip.tokens[(commas[-1] + 1 if commas else start) : slip.index]]
+    if own[:2] != ["NAME", "EQUAL"] or slip.kind(-1) != "NAME" or slip.kind(-2) in VALUES | CLOSERS:
+        return None  # `f(a = 1 b = 2)`: a comma is missing
+    remedy = write("==", ", or `<=` or `>=` to select a region")
+    return slip.say("E117", "`=` gives a name its value; to compare, write `==`", remedy)
+
+
+def _reserved(slip: Slip) -> Diagnostic | None:
+    found = slip.found
+    if found.text not in reserved() or "NAME" not in slip.accepts or not slip.index:
+        return None
+    if "NUMBER" in slip.accepts and found.kind not in WORDS and slip.kind(1) != "EQUAL":
+        return None
+    help = f"choose another name; reserved are {', '.join(f'`{word}`' for word in sorted(reserved()))}"
+    return slip.say("E114", f"`{found.text}` is a reserved word", help)
+
+
+def _unit_in_parts(slip: Slip) -> Diagnostic | None:
+    """`1000 kg m^-3`: units are joined by `*`."""
+    before, found = slip.kind(-1), slip.found
+    if before != "UNIT" or found.kind != "NAME" or found.line != slip.tokens[slip.index - 1].line:
+        return None
+    rest = [found.text]
+    for first, second in pairwise(slip.tokens[slip.index : slip.index + 5]):
+        if second.kind not in ("CIRCUMFLEX", "SIGN", "NUMBER") or first.end != second.start:
+            break
+        rest.append(second.text)
+    if slip.kind(1) in ("EQUAL", "LPAR") or found.text in reserved() or (slip.brackets and len(rest) == 1):
+        return None
+    unit, last = f"{slip.text(-1)}*{''.join(rest)}", len(rest) - 1
+    return slip.say("E101", help=Remedy(f"join units with `*`: `{unit}`", slip.over(unit, -1, last)))
+
+
+def _missing_comma(slip: Slip) -> Diagnostic | None:
+    place = slip.index
+    if slip.in_call and slip.found.kind == "EQUAL" and slip.kind(-1) == "UNIT":
+        place -= 1  # `f(x = 3 y = 4)`: `y` was taken for a unit
+    elif "COMMA" not in slip.accepts or slip.found.kind not in VALUES or _is_unit(slip):
+        return None
+    at = slip.tokens[place]
+    message = f"expected `,` between {_show(slip.tokens[place - 1])} and `{at.text}`"
+    remedy = Remedy("", slip.after(",", place - 1))
+    return slip.say("E110", message, remedy, "`,` is missing before this", at)
+
+
+def _is_unit(slip: Slip) -> bool:
+    return slip.found.kind == "UNIT" and slip.kind(1) != "EQUAL"
+
+
+def _unit(slip: Slip) -> Diagnostic | None:
+    if slip.found.kind != "UNIT":
+        return None
+    factor = f"* 1 {slip.text(0)}"
+    message = "a unit follows a number, a vector or a list; here it follows a call or a group"
+    return slip.say("E118", message, Remedy(f"multiply: `{factor}`", Fix(factor)))
+
+
+def _shape(slip: Slip) -> Diagnostic | None:
+    """The first words of a declaration."""
+    if slip.start != "declaration" or slip.index > 1:
+        return None
+    if slip.index == 0:
+        help = f"{SHAPE}; one goes on over the end of a line inside brackets, or after an operator"
+        return slip.say("E128", f"a declaration cannot start with {slip.shown}", help)
+    if slip.accepts != {"NAME"}:
+        return None
+    if slip.kind(0) == "PATH":
+        return slip.say("E128", help="a name that is declared has no dots")
+    if slip.kind(-1) == "PARAM":
+        return slip.say("E128", help="a parameter reads `param name = value`")
+    if slip.kind(0) == "LPAR":
+        return slip.say("E128", help=f"give it a kind and a name: `kind name = {slip.text(-1)}(...)`")
+    return slip.say("E128", help=f"{SHAPE}; for a quantity, `param {slip.text(-1)} = ...`")
+
+
+def _value(slip: Slip) -> Diagnostic | None:
+    return slip.say("E129") if "NUMBER" in slip.accepts else None
+
+
+def _text(slip: Slip) -> Diagnostic | None:
+    """The path of a `use`, the title of a `scene`, and what goes with them."""
+    if slip.accepts == {"STRING"} and slip.kind(0) in ("NAME", "PATH"):
+        return slip.say("E101", help=write(f'"{slip.text(0)}"'))
+    if slip.accepts == {"AS"}:
+        return slip.say("E101", help=f"write `use {slip.text(-1)} as name`")
+    return None
+
+
+def _anything_else(slip: Slip) -> Diagnostic:
+    return slip.say("E101")
+
+
+Check = Callable[[Slip], Diagnostic | None]
+CHECKS: tuple[Check, ...] = (
+    _second,
+    _foreign_word,
+    _equal,
+    _junk,
+    _unclosed,
+    _wrong_closing,
+    _brackets_without_items,
+    _comma,
+    _operator,
+    _comparison,
+    _reserved,
+    _unit_in_parts,
+    _missing_comma,
+    _unit,
+    _shape,
+    _value,
+    _text,
+    _anything_else,
+)
+
+
+# ------------------------------------------------------- several declarations on one line
+
+
+def second_declaration(tokens: Sequence[Token], index: int) -> int | None:
+    """Where a second declaration starts around `tokens[index]`, which does not fit; None if none does."""
+    for start in (index, index - 1):
+        if start < 2 or not _opens(tokens[start : start + 3]):
+            continue
+        if END in accepted(load(), tokens[:start], "declaration"):
+            return start
+    return None
+
+
+def _opens(tokens: Sequence[Token]) -> bool:
+    first, *rest = tokens
+    if first.kind in WORDS:
+        return True
+    is_name = first.kind in ("NAME", "UNIT") and re.fullmatch(r"[A-Za-z_]\w*", first.text, re.ASCII)
+    return bool(is_name) and [token.kind for token in rest] == ["NAME", "EQUAL"]
+
+
+def declared(tokens: Sequence[Token]) -> list[str]:
+    """The name that a declaration in error meant to declare, if it got so far."""
+    kinds = [token.kind for token in tokens[:4]]
+    if kinds[:2] in (["PARAM", "NAME"], ["NAME", "NAME"]):
+        return [tokens[1].text]
+    return [tokens[3].text] if kinds == ["USE", "STRING", "AS", "NAME"] else []

@@ -1,0 +1,138 @@
+"""What to say about a text that the grammar takes and the language does not: sizes, order, escapes."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from softmark.grammar.diagnostic import Diagnostic, Fix, Source
+from softmark.grammar.lexer import BREAK, Token
+from softmark.grammar.statement_splitting import MAX_NESTING, Chunk
+from softmark.grammar.tree import Argument, Declaration, Expression, Number, Span, Unit, between, expressions, walk
+
+VERSIONS = (1,)  # of the language
+MAX_LITERAL = 400  # characters of a number, a text, a name or a unit
+MAX_DEPTH = 150  # parts within parts: what a recursive walk over the tree can take
+FOREIGN_KINDS = {"let": "param", "const": "param", "var": "param", "import": "use", "include": "use"}
+EXAMPLES = {
+    "use": 'use "tissues.scene" as tissue',
+    "param": "param h = 5 mm",
+    "expect": "expect rod.eta < 5 %",
+}
+
+
+# ------------------------------------------------------------------------ of the whole text
+
+
+def binary(source: Source) -> Diagnostic | None:
+    """A NUL byte: whatever this is, it is no scene."""
+    place = source.text.find("\0")
+    if place < 0:
+        return None
+    lines = re.split(BREAK, source.text[:place])
+    line, column = len(lines), len(lines[-1]) + 1
+    span = Span(place, place + 1, line, column, line, column + 1)
+    help = "a scene is a text in UTF-8"
+    return Diagnostic("E125", "this is not a text file", source, span, "a NUL character", help)
+
+
+def more(source: Source, last: Diagnostic, hidden: int) -> Diagnostic:
+    """The count of diagnostics that are not shown."""
+    count = f"{hidden} more syntax error{'s' if hidden > 1 else ''}"
+    help = "mend those above first"
+    return Diagnostic("E199", f"{count} not shown", source, last.span, "after this one", help)
+
+
+# ---------------------------------------------------------------------- of one declaration
+
+
+def oversized(source: Source, chunk: Chunk) -> Diagnostic | None:
+    """Brackets too deep, or a literal too long."""
+    if chunk.too_deep:
+        message = f"brackets are nested deeper than {MAX_NESTING}"
+        return Diagnostic("E122", message, source, chunk.too_deep.span, "one too many")
+    for token in chunk.tokens:
+        if len(token.text) > MAX_LITERAL and token.kind in ("NUMBER", "STRING", "NAME", "PATH", "UNIT"):
+            message = f"this is {len(token.text)} characters long; the longest allowed is {MAX_LITERAL}"
+            return Diagnostic("E121", message, source, token.span)
+    return None
+
+
+def deep(source: Source, tree: Declaration | Expression) -> Diagnostic | None:
+    """More operations within operations than a walk over the tree could take."""
+    for part in expressions(tree) if isinstance(tree, Declaration) else (tree,):
+        for node, depth in walk(part):
+            if depth > MAX_DEPTH:
+                message = f"the expression is nested deeper than {MAX_DEPTH} operations"
+                help = "give a part of it a name of its own with `param`"
+                return Diagnostic("E122", message, source, node.span, "too deep", help)
+    return None
+
+
+def version(source: Source, number: Token, span: Span, first: bool) -> Diagnostic | None:
+    """A version that is not known, or a version after another declaration."""
+    if number.text not in map(str, VERSIONS):
+        known = f"known: {', '.join(map(str, VERSIONS))}"
+        message = f"version {number.text} of the language is not known"
+        return Diagnostic("E123", message, source, number.span, known, "a newer softmark may know it")
+    if not first:
+        message = "the language version is not the first declaration"
+        return Diagnostic("E123", message, source, span, help="move it to the first line")
+    return None
+
+
+def foreign_word(source: Source, word: Token, instead: str) -> Diagnostic:
+    """`import`, `let` and their like."""
+    message = f"`{word.text}` is not a word of the language; the one for this is `{instead}`"
+    return Diagnostic("E116", message, source, word.span, help=f"as in `{EXAMPLES[instead]}`", fix=Fix(instead))
+
+
+# ------------------------------------------------------------------------ of one expression
+
+
+def number(source: Source, digits: Token, value: float) -> Diagnostic | None:
+    """Zero and infinity must be meant."""
+    if not math.isinf(value) and (value or not re.match(r"[0.]*[1-9]", digits.text)):
+        return None
+    size, label = ("large", "larger than 1.8e308") if value else ("small", "smaller than 4.9e-324")
+    return Diagnostic("E120", f"the number is too {size}", source, digits.span, label)
+
+
+def positional_after_named(source: Source, argument: Argument) -> Diagnostic:
+    """An argument without a name after one with a name; or the digits after a decimal comma."""
+    start, text = argument.span.start, source.text
+    if isinstance(argument.value, Number) and re.search(r"[0-9],\Z", text[max(0, start - 2) : start]):
+        help, at = "write a point, as in `0.49`", argument.span
+        comma = Span(start - 1, start, at.line, at.column - 1, at.line, at.column)
+        return Diagnostic(
+            "E113", "the decimal sign is a point", source, at, "after a comma", help, fix=Fix(".", comma)
+        )  # fmt: skip
+    message = "an argument without a name after one with a name"
+    return Diagnostic("E119", message, source, argument.span, "its name is missing", "write `name = value`")
+
+
+def power_of_quantity(source: Source, base: Expression, unit: Unit, exponent: Expression) -> Diagnostic:
+    """`5 m ^ 2`: 5 square metres or 25?"""
+    quantity = source.text[base.span.start : unit.span.end]
+    power = source.text[exponent.span.start : exponent.span.end]
+    span, end = unit.span, exponent.span
+    span = Span(span.start, end.end, span.line, span.column, end.end_line, end.end_column)
+    help = f"write `({quantity})^{power}` for a power of the quantity"
+    if isinstance(exponent, Number) and not exponent.unit and "^" not in unit.text:
+        help = f"write `{quantity}^{power}` for the unit, `({quantity})^{power}` for the quantity"
+    message, fix = "a power of the unit, or of the quantity?", None
+    if "^" in unit.text:
+        message = "a second power after that of the unit"
+        fix = Fix(f"({quantity})^{power}", between(base.span, exponent.span))
+    return Diagnostic("E127", message, source, span, help=help, fix=fix)
+
+
+def escape(source: Source, token: Token) -> Diagnostic | None:
+    """A backslash before anything but a quote or a backslash."""
+    wrong = re.match(r'"(?:[^\\]|\\["\\])*?(\\[^"\\])', token.text)
+    if not wrong:
+        return None
+    start, column = token.start + wrong.start(1), token.column + wrong.start(1)
+    span = Span(start, start + 2, token.line, column, token.line, column + 2)
+    message = f"`{wrong[1]}` is not an escape"
+    return Diagnostic("E124", message, source, span, help='only `\\"` and `\\\\` are; write paths with `/`')

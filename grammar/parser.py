@@ -1,0 +1,301 @@
+"""Text to tree: `parse` for a scene, `parse_expression` for an override such as `-p L=120mm`.
+
+lex -> declarations -> LALR parser: one pass, and at most one diagnostic for each declaration. A declaration
+with an error is left out of the tree, its name goes to `Tree.broken`. To add a rule of `scene.lark`: one
+method of `_Build`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, cast
+
+from softmark.grammar import common_slips, input_limits
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.lalr_driver import END, Builder, Unexpected, run
+from softmark.grammar.lexer import Token, lex
+from softmark.grammar.parse_table import load
+from softmark.grammar.statement_splitting import Chunk, declarations, whole
+from softmark.grammar.tree import (
+    Argument,
+    Binary,
+    Call,
+    Compare,
+    Declare,
+    Expect,
+    Expression,
+    List,
+    Name,
+    Number,
+    Param,
+    Span,
+    String,
+    Title,
+    Tree,
+    Unary,
+    Unit,
+    Use,
+    Vector,
+    Version,
+    between,
+)
+
+MAX_DIAGNOSTICS = 20
+# trees of declarations: an editor has a text parsed after each letter, and most of it stands where it stood
+KEPT = 1500
+_parsed: dict[tuple[Token, ...], Any] = {}
+
+
+def parse(source: Source) -> tuple[Tree, list[Diagnostic]]:
+    """The tree of a scene, and what is wrong with the text."""
+    if binary := input_limits.binary(source):
+        return Tree(()), [binary]
+    tokens, comments = lex(source.text)
+    parser = _Parser(source, "declaration")
+    found = [tree for chunk in declarations(tokens) for tree in parser.parse(chunk)]
+    return Tree(tuple(found), tuple(comments), tuple(parser.broken)), parser.diagnostics()
+
+
+def parse_expression(source: Source) -> tuple[Expression | None, list[Diagnostic]]:
+    """The tree of an expression that is the whole text, None if it is in error."""
+    if binary := input_limits.binary(source):
+        return None, [binary]
+    parser = _Parser(source, "expression")
+    found = parser.parse(whole(lex(source.text).tokens))
+    return (found[0] if found else None), parser.diagnostics()
+
+
+class _Parser:
+    """Parses one chunk after the other, keeping the first diagnostic of each."""
+
+    def __init__(self, source: Source, start: str) -> None:
+        self.source, self.start = source, start
+        self.broken: list[str] = []
+        self._shown: list[Diagnostic] = []
+        self._hidden = 0
+        self._build = _Build(source)
+
+    def diagnostics(self) -> list[Diagnostic]:
+        """At most `MAX_DIAGNOSTICS`, and one more that says how many are not shown."""
+        if not self._hidden:
+            return self._shown
+        return [*self._shown, input_limits.more(self.source, self._shown[-1], self._hidden)]
+
+    def parse(self, chunk: Chunk) -> list[Any]:
+        """The tree of a chunk; none if it is in error, several if it is several declarations on one line."""
+        found = []
+        rest: Chunk | None = chunk
+        while rest is not None:
+            tree, rest = self._one(rest)
+            if tree is not None:
+                found.append(tree)
+            self._build.first = False
+        return found
+
+    def _one(self, chunk: Chunk) -> tuple[Any, Chunk | None]:
+        """The tree of a chunk or None, and what is left where a second declaration starts on its line."""
+        if problem := input_limits.oversized(self.source, chunk):
+            self._fail(chunk, lambda: problem)
+            return None, None
+        key = tuple(chunk.tokens) if self.start == "declaration" else ()
+        if key in _parsed:
+            return _parsed[key], None
+        tokens = [*chunk.tokens, _end(chunk)]
+        self._build.problems.clear()
+        tree = run(load(), self._build.methods, tokens, self.start)
+        if isinstance(tree, Unexpected):
+            return None, self._unexpected(chunk, tokens, tree.index)
+        if len(tokens) > input_limits.MAX_DEPTH:
+            self._build.note(input_limits.deep(self.source, tree))
+        if self._build.problems:
+            self._fail(chunk, lambda: self._build.problems[0])
+            return None, None
+        if key and not isinstance(tree, Version):  # which must be the first of all
+            if len(_parsed) >= KEPT:
+                _parsed.clear()
+            _parsed[key] = tree
+        return tree, None
+
+    def _unexpected(self, chunk: Chunk, tokens: list[Token], index: int) -> Chunk | None:
+        """Report the token that does not fit; what is left if a second declaration starts there."""
+        second = common_slips.second_declaration(tokens, index) if self.start == "declaration" else None
+        slip = common_slips.Slip(self.source, chunk, tokens, index, self.start, second)
+        self._fail(chunk, lambda: min([*self._build.problems, common_slips.explain(slip)], key=_start))
+        return _rest(tokens, second) if second and not self._hidden else None
+
+    def _fail(self, chunk: Chunk, explain: Callable[[], Diagnostic]) -> None:
+        self.broken.extend(common_slips.declared(chunk.tokens))
+        if len(self._shown) < MAX_DIAGNOSTICS:
+            self._shown.append(explain())
+        else:
+            self._hidden += 1
+
+
+def _start(diagnostic: Diagnostic) -> int:
+    return diagnostic.span.start if diagnostic.span else 0
+
+
+def _end(chunk: Chunk) -> Token:
+    last = chunk.tokens[-1].span if chunk.tokens else Span(0, 0, 1, 1, 1, 1)
+    return Token(END, "", last.end, last.end_line, last.end_column)
+
+
+def _rest(tokens: list[Token], start: int) -> Chunk:
+    """The tokens from the second declaration of a line on; its kind may have looked like a unit."""
+    first, *others = tokens[start:-1]
+    return whole([first._replace(kind="NAME") if first.kind == "UNIT" else first, *others])
+
+
+class _Build:
+    """One method for each rule of `scene.lark`; each takes the values of the rule's symbols.
+
+    What the grammar cannot say (a number's range, the order of arguments) goes to `problems`.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.problems: list[Diagnostic] = []
+        self.first = True  # no declaration came before
+
+    @cached_property
+    def methods(self) -> Builder:
+        """The methods by the names that `scene.lark` gives the rules."""
+        return {rule.method: getattr(self, rule.method) for rule in load().rules if rule.method}
+
+    def note(self, problem: Diagnostic | None) -> None:
+        """Keep a problem of the declaration at hand, if there is one."""
+        if problem:
+            self.problems.append(problem)
+
+    # ------------------------------------------------------------------ declarations
+
+    def version(self, values: list[Token]) -> Version:
+        """`softmark 1`, first of all declarations and known."""
+        word, number = values
+        self.note(input_limits.version(self.source, number, _over(word, number), self.first))
+        return Version(int(number.text) if number.text.isdecimal() else 0, _over(word, number))
+
+    def title(self, values: list[Token]) -> Title:
+        """`scene "title"`."""
+        word, text = values
+        return Title(self._text(text), _over(word, text))
+
+    def use(self, values: list[Token]) -> Use:
+        """`use "path" as name`."""
+        word, path, _, name = values
+        return Use(self._text(path), name.text, _over(word, name), path.span, name.span)
+
+    def param(self, values: list[Any]) -> Param:
+        """`param name = value in low .. high`."""
+        word, name, _, value, *bounds = values
+        low, high = (bounds[1], bounds[3]) if bounds else (None, None)
+        span = between(word.span, (high or value).span)
+        return Param(name.text, value, low, high, span, name.span)
+
+    def expect(self, values: list[Any]) -> Expect:
+        """`expect condition`."""
+        word, condition = values
+        return Expect(condition, between(word.span, condition.span))
+
+    def declare(self, values: list[Any]) -> Declare:
+        """`kind name = value`."""
+        kind, name, _, value = values
+        if kind.text in input_limits.FOREIGN_KINDS:
+            self.note(input_limits.foreign_word(self.source, kind, input_limits.FOREIGN_KINDS[kind.text]))
+        return Declare(kind.text, name.text, value, between(kind.span, value.span), kind.span, name.span)
+
+    # ------------------------------------------------------------------- expressions
+
+    def binary(self, values: list[Any]) -> Binary:
+        """`left operator right`."""
+        left, operator, right = values
+        return Binary(operator.text, left, right, between(left.span, right.span))
+
+    def power(self, values: list[Any]) -> Binary:
+        """`base^exponent`; `5 m ^ 2` could mean `5 m^2` or `(5 m)^2`."""
+        base, _, exponent = values
+        span = between(base.span, exponent.span)
+        unit = getattr(base, "unit", None)
+        if unit and unit.span.end == base.span.end:
+            self.note(input_limits.power_of_quantity(self.source, base, unit, exponent))
+        return Binary("^", base, exponent, span)
+
+    def unary(self, values: list[Any]) -> Unary:
+        """`operator operand`."""
+        operator, operand = values
+        return Unary(operator.text, operand, between(operator.span, operand.span))
+
+    def compare(self, values: list[Any]) -> Compare:
+        """`a < b < c`."""
+        operators = tuple(token.text for token in values[1::2])
+        return Compare(tuple(values[::2]), cast(Any, operators), between(values[0].span, values[-1].span))
+
+    def number(self, values: list[Token]) -> Number:
+        """Digits and a unit; zero and infinity must be meant."""
+        digits = values[0]
+        value = float(digits.text)
+        self.note(input_limits.number(self.source, digits, value))
+        unit = _unit(values)
+        return Number(value, unit, digits.text, between(digits.span, unit.span) if unit else digits.span)
+
+    def string(self, values: list[Token]) -> String:
+        """A text in double quotes."""
+        return String(self._text(values[0]), values[0].span)
+
+    def name(self, values: list[Token]) -> Name:
+        """A name, perhaps with dots."""
+        return Name(tuple(values[0].text.split(".")), values[0].span)
+
+    def group(self, values: list[Any]) -> Expression:
+        """Brackets that only group: what they hold, with a span that includes them."""
+        opening, inner, closing = values
+        fields = {name: getattr(inner, name) for name in inner.__slots__}
+        return cast(Expression, type(inner)(**fields | {"span": _over(opening, closing)}))
+
+    def vector(self, values: list[Any]) -> Vector:
+        """`(a, b, c) unit`."""
+        return Vector(_items(values), _unit(values), _over(values[0], values[-1]))
+
+    def series(self, values: list[Any]) -> List:
+        """`[a, b, c] unit`."""
+        return List(_items(values), _unit(values), _over(values[0], values[-1]))
+
+    def call(self, values: list[Any]) -> Call:
+        """`function(argument, name = argument)`."""
+        arguments = tuple(value for value in values if isinstance(value, Argument))
+        named = False
+        for argument in arguments:
+            if named and argument.name is None:
+                self.note(input_limits.positional_after_named(self.source, argument))
+                break
+            named = argument.name is not None
+        return Call(self.name(values[:1]), arguments, _over(values[0], values[-1]))
+
+    def argument(self, values: list[Any]) -> Argument:
+        """`name = value` or `value`."""
+        if len(values) == 1:
+            return Argument(None, values[0], values[0].span)
+        name, _, value = values
+        return Argument(name.text, value, between(name.span, value.span), name.span)
+
+    def _text(self, token: Token) -> str:
+        """What a text in quotes says: `\\"` is a quote, `\\\\` a backslash."""
+        if "\\" not in token.text:
+            return token.text[1:-1]
+        self.note(input_limits.escape(self.source, token))
+        return re.sub(r"\\(.)", r"\1", token.text[1:-1])
+
+
+def _over(first: Token, last: Token) -> Span:
+    return Span(first.start, last.end, first.line, first.column, last.line, last.column + len(last.text))
+
+
+def _unit(values: list[Any]) -> Unit | None:
+    last = values[-1]
+    return Unit(last.text, last.span) if last.kind == "UNIT" else None
+
+
+def _items(values: list[Any]) -> tuple[Any, ...]:
+    return tuple(value for value in values if not isinstance(value, Token))

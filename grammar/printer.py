@@ -1,0 +1,242 @@
+"""Tree to text: the canonical form of a scene, described in README.md.
+
+`format_source` gives back a text only after it has parsed it again and found the same tree and comments.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.lexer import BREAK
+from softmark.grammar.parser import parse
+from softmark.grammar.source_layout import LEVELS, WIDTH, LayoutError, flat, level, lines, quote
+from softmark.grammar.tree import (
+    Comment,
+    Declaration,
+    Declare,
+    Expression,
+    Param,
+    Title,
+    Tree,
+    Use,
+    Version,
+    expressions,
+)
+
+
+class CannotFormat(Exception):
+    """There is no canonical form, or it would not say the same as the text; the text is to stay as it is."""
+
+    def __init__(self, reason: str, diagnostics: Sequence[Diagnostic] = ()) -> None:
+        super().__init__(reason)
+        self.reason, self.diagnostics = reason, tuple(diagnostics)
+
+
+def format_source(source: Source) -> str:
+    """The canonical form of a scene. Raises `CannotFormat` rather than lose anything."""
+    tree, diagnostics = parse(source)
+    if diagnostics:
+        raise CannotFormat(f"{source.name} does not parse", diagnostics)
+    text = print_tree(tree, source.text)
+    again, wrong = parse(Source(source.name, text))
+    if wrong or again != tree:
+        raise CannotFormat(f"the canonical form of {source.name} would mean something else")
+    if [comment.text for comment in again.comments] != [comment.text for comment in tree.comments]:
+        raise CannotFormat(f"the canonical form of {source.name} would lose or swap comments")
+    return text
+
+
+def print_tree(tree: Tree, text: str | None = None) -> str:
+    """A tree with its comments as text.
+
+    `text` is what it was parsed from: a declaration with a comment where the canonical form has no place for
+    one (between an operator and its operand) stays as it stands there. Raises `CannotFormat` for a tree that
+    no text stands for.
+    """
+    try:
+        rows = list(_rows(tree))
+        found = [line for block in _blocks(rows) for line in _print_block(block, text)]
+    except LayoutError as problem:
+        raise CannotFormat(str(problem)) from problem
+    return "".join(f"{line}\n" for line in found)
+
+
+def print_expression(expression: Expression) -> str:
+    """An expression on one line. Raises `CannotFormat` for a tree that no text stands for."""
+    try:
+        return flat(expression)
+    except LayoutError as problem:
+        raise CannotFormat(str(problem)) from problem
+
+
+# ----------------------------------------------------------- rows: a declaration or a comment
+
+
+@dataclass(slots=True)
+class _Row:
+    """A declaration with the comments inside and behind it; or a comment on a line of its own."""
+
+    declaration: Declaration | None
+    inner: list[Comment]
+    behind: Comment | None
+    blank: bool  # a blank line before
+
+
+def _rows(tree: Tree) -> Iterator[_Row]:
+    """Declarations and comments in the order of the text."""
+    comments = list(reversed(tree.comments))
+    line = 0  # where the last row ended
+    for declaration in tree.declarations:
+        span = declaration.span
+        while comments and comments[-1].span.start < span.start:
+            yield _own_line(comments[-1], line)
+            line = comments.pop().span.line
+        row = _Row(declaration, [], None, bool(line) and span.line > line + 1)
+        while comments and comments[-1].span.start < span.end:
+            row.inner.append(comments.pop())
+        if comments and comments[-1].span.line == span.end_line:
+            row.behind = comments.pop()
+        line = span.end_line
+        yield row
+    for comment in reversed(comments):
+        yield _own_line(comment, line)
+        line = comment.span.line
+
+
+def _own_line(comment: Comment, line: int) -> _Row:
+    return _Row(None, [], comment, bool(line) and comment.span.line > line + 1)
+
+
+def _blocks(rows: Iterable[_Row]) -> Iterator[list[_Row]]:
+    """Cut before blank lines, and before and after comments on their own lines."""
+    block: list[_Row] = []
+    for row in rows:
+        if block and (row.blank or not row.declaration or not block[-1].declaration):
+            yield block
+            block = []
+        block.append(row)
+    if block:
+        yield block
+
+
+# ------------------------------------------------------------------------ blocks to lines
+
+
+def _print_block(block: list[_Row], text: str | None) -> list[str]:
+    blank = [""] if block[0].blank else []
+    if not block[0].declaration:
+        return blank + [row.behind.text for row in block if row.behind]
+    return blank + _with_comments(list(_print_declarations(block, text)), [row.behind for row in block])
+
+
+def _print_declarations(block: list[_Row], text: str | None) -> Iterator[list[str]]:
+    """The lines of each declaration; those next to each other on single lines are aligned."""
+    for aligns, run in groupby(block, _aligns):
+        if aligns:
+            yield from _aligned([row.declaration for row in run])
+        else:
+            yield from (_print_declaration(row, text) for row in run)
+
+
+def _aligns(row: _Row) -> bool:
+    if not isinstance(row.declaration, Param | Declare) or row.inner:
+        return False
+    return len(_natural(row.declaration)) <= WIDTH
+
+
+def _aligned(run: list[Declaration | None]) -> Iterator[list[str]]:
+    """Names and `=` under one another; what would then be too long goes over several lines, unaligned."""
+    fits = [len(line) <= WIDTH for line in _columns(run)]
+    for fit, part in groupby(zip(fits, run, strict=True), lambda pair: pair[0]):
+        declarations = [declaration for _, declaration in part]
+        if fit:
+            yield from ([line] for line in _columns(declarations))
+        else:
+            yield from (_lines(declaration, explode=True) for declaration in declarations)
+
+
+def _columns(run: list[Declaration | None]) -> list[str]:
+    words = [(_kind(d), d.name, _value(d)) for d in run if isinstance(d, Param | Declare)]
+    kinds, names = (max(len(word[i]) for word in words) for i in (0, 1))
+    return [f"{kind:<{kinds}} {name:<{names}} = {value}" for kind, name, value in words]
+
+
+def _with_comments(declarations: list[list[str]], comments: list[Comment | None]) -> list[str]:
+    """Comments behind single lines next to each other start in one column, two blanks away."""
+    found: list[str] = []
+    for single, pairs in groupby(zip(declarations, comments, strict=True), lambda pair: len(pair[0]) == 1):
+        stretch = list(pairs)
+        column = max((len(rows[-1]) for rows, comment in stretch if comment), default=0) if single else 0
+        for rows, comment in stretch:
+            found += rows[:-1]
+            found.append(f"{rows[-1]:<{column}}  {comment.text}" if comment else rows[-1])
+    return found
+
+
+# ------------------------------------------------------------------- one declaration to lines
+
+
+def _print_declaration(row: _Row, text: str | None) -> list[str]:
+    """Over several lines with the comments at their arguments, or as it was where that is not possible."""
+    try:
+        return _lines(row.declaration, row.inner)
+    except LayoutError:
+        if text is None or not row.inner or not row.declaration:
+            raise
+        span = row.declaration.span
+        return [line.rstrip(" \t") for line in re.split(BREAK, text[span.start : span.end])]
+
+
+def _lines(declaration: Declaration | None, comments: Sequence[Comment] = (), explode: bool = False) -> list[str]:
+    if declaration is None:
+        return []
+    values = expressions(declaration)
+    if not values and not comments:
+        return [_natural(declaration)]
+    if not values:
+        raise LayoutError(f"no place for the comment of line {comments[0].span.line}")
+    return lines(values[0], _lead(declaration), _range(declaration), comments, explode)
+
+
+def _natural(declaration: Declaration) -> str:
+    """A declaration on one line."""
+    match declaration:
+        case Version():
+            return f"softmark {declaration.number}"
+        case Title():
+            return f"scene {quote(declaration.text)}"
+        case Use():
+            return f"use {quote(declaration.path)} as {declaration.alias}"
+        case _:
+            return _lead(declaration) + _value(declaration)
+
+
+def _kind(declaration: Param | Declare) -> str:
+    return declaration.kind if isinstance(declaration, Declare) else "param"
+
+
+def _lead(declaration: Declaration) -> str:
+    if isinstance(declaration, Param | Declare):
+        return f"{_kind(declaration)} {declaration.name} = "
+    return "expect "
+
+
+def _value(declaration: Declaration) -> str:
+    return flat(expressions(declaration)[0]) + _range(declaration)
+
+
+def _range(declaration: Declaration) -> str:
+    match declaration:
+        case Param(low=low, high=high) if low is not None and high is not None:
+            return f" in {_bound(low)} .. {_bound(high)}"
+        case _:
+            return ""
+
+
+def _bound(expression: Expression) -> str:
+    """A bound of a range: a sum at most; what binds less stands in brackets."""
+    return flat(expression) if level(expression) >= LEVELS["+"] else f"({flat(expression)})"

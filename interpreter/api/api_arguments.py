@@ -1,0 +1,138 @@
+"""What `softmark` is given from Python: of the right type, sign and size, or one error that says so."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Mapping
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, NoReturn
+
+from softmark.interpreter.language.compiled_scene import SceneError
+
+MOST = 1000  # of what is counted, as on the command line
+
+
+class BadArgument(SceneError, ValueError):
+    """An argument of `load`, `run`, `compare` or `stress` that cannot be meant."""
+
+    def __init__(self, message: str) -> None:
+        Exception.__init__(self, message)
+        self.diagnostics = []
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self.args
+
+
+def refuse(name: str, value: object, expected: str) -> NoReturn:
+    """Raise BadArgument: what was expected, and what was given."""
+    shown = repr(value)
+    shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
+    raise BadArgument(f"`{name}` is {expected}; {shown} ({type(value).__name__}) was given")
+
+
+def count(name: str, value: object, least: int = 1) -> int:
+    """A whole number from `least` to 1000. Raises BadArgument."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= MOST:
+        refuse(name, value, f"a whole number from {least} to {MOST}")
+    return int(value)
+
+
+def positive(name: str, value: object, unit: str, or_none: bool = False) -> float:
+    """A positive finite number. Raises BadArgument."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < math.inf:
+        refuse(name, value, f"a positive number of {unit}" + (" or None" if or_none else ""))
+    return float(value)
+
+
+def flag(name: str, value: object) -> bool:
+    """True or False. Raises BadArgument."""
+    if not isinstance(value, bool):
+        refuse(name, value, "True or False")
+    return value
+
+
+def text(name: str, value: object, what: str) -> str:
+    """A text. Raises BadArgument."""
+    if not isinstance(value, str):
+        refuse(name, value, what)
+    return value
+
+
+def place(name: str, value: object, what: str) -> Path:
+    """A path that is not empty. Raises BadArgument."""
+    if not isinstance(value, str | os.PathLike) or not isinstance(os.fspath(value), str) or "\0" in os.fspath(value):
+        refuse(name, value, f"{what}, as a text or a path")
+    if not os.fspath(value):
+        refuse(name, value, f"{what}, and not empty")
+    return Path(os.fspath(value))
+
+
+def places(name: str, value: object) -> tuple[str, ...]:
+    """Files, or names of what is installed: one, or several. Raises BadArgument."""
+    wanted = "a file or the name of an installed plugin, or several"
+    if isinstance(value, str | os.PathLike):
+        value = (value,)
+    if isinstance(value, Mapping | bytes) or not isinstance(value, Iterable):
+        refuse(name, value, wanted)
+    return tuple(os.fspath(place(name, one, wanted)) for one in value)
+
+
+def models(value: object) -> tuple[str, ...]:
+    """Names of models: one, or several. Raises BadArgument."""
+    wanted = "the name of a model, or names of several"
+    if isinstance(value, str):
+        return (value,)
+    if isinstance(value, Mapping | bytes) or not isinstance(value, Iterable):
+        refuse("models", value, wanted)
+    names = tuple(value)
+    for name in names:
+        text("models", name, wanted)
+    return names
+
+
+def override(name: str, value: object) -> str:
+    """`L=120 mm`: the value of a parameter, a text as on the command line, a plain number or a quantity of pint.
+
+    Raises BadArgument.
+    """
+    from softmark.interpreter.api import pint_quantities
+
+    written = value if isinstance(value, str) else None
+    if pint_quantities.is_quantity(value):
+        written = pint_quantities.written(value)
+    elif isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(float(value)):
+        written = repr(int(value)) if isinstance(value, Integral) else repr(float(value))
+    if written is None:
+        refuse(name, value, 'a parameter: a text such as "120 mm", one quantity, or a number where it has no unit')
+    return f"{name}={written}"
+
+
+def varied(value: object) -> tuple[str, ...]:
+    """`h=10 mm,5 mm` for each entry of a mapping of names to values. Raises BadArgument."""
+    from softmark.interpreter.api.pint_quantities import is_quantity
+
+    wanted = 'a dict of names to values, such as {"h": ["10 mm", "5 mm"]}'
+    if value is None:
+        return ()
+    if not isinstance(value, Mapping):
+        refuse("vary", value, wanted)
+    found = []
+    for name, values in value.items():
+        text("vary", name, wanted)
+        several = [values] if isinstance(values, str | Real) or is_quantity(values) else values
+        if not isinstance(several, Iterable) or isinstance(several, Mapping | bytes):
+            refuse("vary", value, wanted)
+        given = [override(name, v).partition("=")[2] for v in several]
+        if not given:
+            refuse("vary", value, f"{wanted}, none of them empty")
+        found.append(f"{name}={','.join(given)}")
+    return tuple(found)
+
+
+def once(resume: object, fresh: object) -> tuple[bool, bool]:
+    """`resume` and `fresh`, of which one at most is meant. Raises BadArgument."""
+    if flag("resume", resume) and flag("fresh", fresh):
+        raise BadArgument("`resume` goes on with what is there and `fresh` forgets it: give one of them")
+    return bool(resume), flag("fresh", fresh)

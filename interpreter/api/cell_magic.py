@@ -1,0 +1,88 @@
+"""`%load_ext softmark`: the cell magic `%%scene`, which runs a cell as a scene and shows its report."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import Any, NoReturn
+
+from IPython.core.error import UsageError
+from IPython.core.interactiveshell import InteractiveShell
+from IPython.core.magic import Magics, cell_magic, magics_class
+from IPython.display import display
+
+from softmark.grammar.diagnostic import Source
+from softmark.interpreter.api.python_api import loaded_of
+from softmark.interpreter.api.shown_report import RunReport
+
+LEFT = ("scene", "report")  # names that a cell leaves
+
+
+class _Line(argparse.ArgumentParser):
+    """The line of the magic; what is wrong with it is a UsageError, which IPython shows without a traceback."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise it."""
+        raise UsageError(f"%%scene: {message}\n{self.format_usage().strip()}")
+
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        """Of `--help`, which has printed."""
+        raise UsageError("%%scene: nothing was run")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The line of the magic."""
+    own = _Line("%%scene", description="Run the cell as a scene, show its report, and leave `scene` and `report`.")
+    own.add_argument("name", nargs="?", help="leave the report under this name, too; messages call the cell so")
+    own.add_argument("-p", action="append", default=[], metavar="NAME=VALUE", help="replace a parameter or a field")
+    own.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+    own.add_argument("--stated", action="store_true", help="ask models what error they state themselves")
+    own.add_argument("--plugin", action="append", default=[], metavar="FILE", help="take words from somebody's file")
+    return own
+
+
+@magics_class
+class SceneMagics(Magics):
+    """`%%scene [NAME] [-p NAME=VALUE]... [--model NAME]... [--stated] [--plugin FILE]...`"""
+
+    @cell_magic
+    def scene(self, line: str, cell: str) -> None:
+        """Run the cell as a scene: its report is shown, and stays as `report`, the scene itself as `scene`.
+
+            %%scene soft -p "L=120 mm" --model rod
+
+        NAME is a further name for the report. Values of Python go in by `{}`: `-p L={length}mm`. A cell that is in
+        error leaves neither name, and stops what runs after it.
+        """
+        try:
+            given = parser().parse_args(shlex.split(line))
+        except ValueError as error:  # a quotation mark that is not closed
+            raise UsageError(f"%%scene: {error} in `{line}`") from None
+        if given.name is not None and not given.name.isidentifier():
+            raise UsageError(f"%%scene: `{given.name}` is no name that Python could have; options begin with a dash")
+        shell: Any = self.shell
+        for name in (*LEFT, *([given.name] if given.name else [])):
+            shell.user_ns.pop(name, None)  # what an earlier cell left
+        source = Source(given.name or "<cell>", cell)
+        loaded = loaded_of(source, Path(), None, given.p, given.plugin, given.model)
+        shell.user_ns["scene"] = loaded
+        report = loaded.run(given.model or None, stated=given.stated)
+        shell.user_ns |= {"report": report} | ({given.name: report} if given.name else {})
+        _show(report, getattr(shell, "kernel", None) is not None)
+
+
+def _show(report: RunReport, notebook: bool) -> None:
+    """The report in a notebook; its table in a terminal."""
+    if notebook:
+        display(report)  # type: ignore[no-untyped-call]
+        return
+    from softmark.interpreter.report.run import report_terminal
+
+    sys.stdout.write(report_terminal.table(report, sys.stdout.isatty()) + "\n")
+
+
+def register(shell: InteractiveShell) -> None:
+    """Add the magic to a shell."""
+    shell.register_magics(SceneMagics)

@@ -1,0 +1,218 @@
+"""A report drawn by matplotlib: deformed lines, histories, curves, and metrics from state to state.
+
+`KINDS` says who finds what can be drawn of each kind, by name; another kind is a function there, and its drawing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.api import api_arguments
+from softmark.interpreter.api.optional_packages import needed
+from softmark.interpreter.language.number_formatting import scale_of
+from softmark.interpreter.report.charts.curve_styles import Look
+from softmark.interpreter.report.page.html_markup import listed
+from softmark.interpreter.report.run.figures import centre_lines, state_charts, time_histories
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
+from softmark.interpreter.report.run.tables.line_probes import lines_of, looks
+from softmark.interpreter.results.run_report import Report, SeenCurve
+from softmark.interpreter.results.state_results import Moment
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    Values = Sequence[float] | NDArray[np.float64]
+
+# of Okabe and Ito (2008) and three more, as the report has them on light paper (`report.css`)
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#c2689a", "#b57b00", "#2f8fcb", "#7a52b3", "#8a5a35", "#a02552")
+NEUTRAL = "#59636e"  # of references
+MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "wedge": "v", "plus": "P", "cross": "X"}
+MARKED = 8  # marks along a curve
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One line of a plot: x and y in SI; `low` and `high` where it is known within a band."""
+
+    name: str
+    x: Values
+    y: Values
+    low: Values | None = None
+    high: Values | None = None
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What a plot shows: symbols and units of both axes, and its lines; `equal` where both axes have one scale."""
+
+    title: str
+    x: tuple[str, str]
+    y: tuple[str, str]
+    traces: Sequence[Trace]
+    equal: bool = False
+
+
+Found = Mapping[str, Callable[[], Drawing]]  # what can be drawn, by name
+
+
+def plot(report: Report, name: str | None, kind: str | None, ax: Axes | None) -> Axes:
+    """Draw a probe or a metric, or what there is first. Raises BadArgument and MissingExtra."""
+    findings = Findings(report)
+    drawing = _chosen(findings, name, kind)
+    pyplot = needed("matplotlib.pyplot", "report.plot()", "plot")
+    own = ax if ax is not None else pyplot.subplots(layout="constrained")[1]
+    _draw(drawing, looks(report), own)
+    return own
+
+
+def _chosen(findings: Findings, name: str | None, kind: str | None) -> Drawing:
+    """What is asked for, or the first that there is. Raises BadArgument."""
+    if name is not None:
+        api_arguments.text("name", name, "the name of a probe or a metric, or None")
+    if kind is not None and kind not in KINDS:
+        api_arguments.refuse("kind", kind, f"one of {listed([f'`{k}`' for k in KINDS])}, or None")
+    known = {k: find(findings) for k, find in KINDS.items()}
+    for k, found in known.items():
+        if kind in (None, k) and (name in found or (name is None and found)):
+            return found[name if name is not None else next(iter(found))]()
+    raise api_arguments.BadArgument(_refusal(findings, name, kind, known))
+
+
+def _refusal(findings: Findings, name: str | None, kind: str | None, known: Mapping[str, Found]) -> str:
+    """What cannot be drawn, why, and what can be."""
+    drawn = [f"`{n}` ({k})" for k, found in known.items() for n in found]
+    can = f"what can: {listed(drawn)}" if drawn else "nothing of this report can; `report.frame()` has its numbers"
+    asked = f"`{name}`" if name is not None else "This report"
+    how = f" as `{kind}`" if kind else ""
+    if name is None:
+        why = "it has none"
+    elif any(name in found for found in known.values()):
+        why = "it is known in another way"
+    elif name in [m.name for m in findings.metrics]:
+        why = "it is one number for each model"
+    elif name in findings.probes:
+        why = "it is no line, and nothing moves in time"
+    else:
+        why = "no probe and no metric of the report has this name"
+    return f"{asked} cannot be drawn{how}: {why}; {can}"
+
+
+# ------------------------------------------------------------------ what can be drawn
+
+
+def _lines(findings: Findings) -> Found:
+    """Deformed lines, in the plane in which they bend."""
+
+    def made(number: int, probe: str) -> Drawing:
+        own = centre_lines.Lines(findings, number, probe)
+        i, j = own.plane
+        traces = [Trace(n, X[:, i], X[:, j]) for n, X in own.lines.items() if n not in own.far]
+        left = f", without {listed(own.far)} (too far away)" if own.far else ""
+        return Drawing(f"{probe}{left}", (own.axes[0], "m"), (own.axes[1], "m"), traces, equal=True)
+
+    return {probe: lambda n=n, p=probe: made(n, p) for n, probe in enumerate(lines_of(findings))}  # type: ignore[misc]
+
+
+def _histories(findings: Findings) -> Found:
+    """Displacements over time."""
+
+    def made(course: time_histories.Course) -> Drawing:
+        traces = [Trace(n, course.moments, u) for n, u in course.values.items()]
+        return Drawing(course.probe, ("t", "s"), (course.symbol, "m"), traces)
+
+    return {c.probe: lambda c=c: made(c) for c in time_histories.courses_of(findings)}  # type: ignore[misc]
+
+
+def _curves(findings: Findings) -> Found:
+    """Metrics that are curves, over what they are held against."""
+    found: dict[str, Callable[[], Drawing]] = {}
+    for metric in findings.metrics:
+        seen = {n: m.curve for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) and m.curve}
+        if seen:
+            against = findings.report.references.get(metric.against or "")
+            known = None if against is None else against.drawn
+            found[metric.name] = lambda m=metric, c=seen, k=known: _curve(m, c, k)  # type: ignore[misc]
+    return found
+
+
+def _curve(metric: MetricColumn, seen: Mapping[str, SeenCurve], known: SeenCurve | None) -> Drawing:
+    """Curves of models over the one that is known, as far as the models go."""
+    across, up = next(iter(seen.values())).units
+    traces = [Trace(name, curve.x, curve.y) for name, curve in seen.items()]
+    if known is not None:
+        low, high = (end(float(end(c.x)) for c in seen.values()) for end in (min, max))
+        traces.insert(0, _within(str(metric.against), known, low, high))
+    return Drawing(metric.name, ("t" if across == "s" else "x", across), ("y", up), traces)
+
+
+def _within(name: str, curve: SeenCurve, low: float, high: float) -> Trace:
+    """The part of a curve around a range of x, with the band in which it is known."""
+    near = np.flatnonzero((curve.x >= low) & (curve.x <= high))
+    first, last = (near[0], near[-1]) if len(near) else (np.searchsorted(curve.x, low),) * 2
+    own = slice(max(int(first) - 1, 0), int(last) + 2)
+    band: tuple[Any, ...] = () if curve.band is None else curve.band
+    if curve.band is None and curve.uncertainty is not None:
+        band = (curve.y - curve.uncertainty, curve.y + curve.uncertainty)
+    return Trace(name, curve.x[own], curve.y[own], *(edge[own] for edge in band))
+
+
+def _states(findings: Findings) -> Found:
+    """Metrics from state to state."""
+
+    def made(metric: Any, curves: Mapping[str, Any]) -> Drawing:
+        traces = [Trace(n, *zip(*curve.known, strict=True)) for n, curve in curves.items()]
+        timed = any(isinstance(s, Moment) for curve in curves.values() for s in curve.states)
+        return Drawing(metric.name, ("t", "s") if timed else ("state", "1"), (metric.name, metric.unit), traces)
+
+    known = ((m, state_charts.curves_of(findings, m.name)) for m in findings.metrics)
+    return {m.name: lambda m=m, c=curves: made(m, c) for m, curves in known if curves}  # type: ignore[misc]
+
+
+KINDS: Mapping[str, Callable[[Findings], Found]] = {
+    "line": _lines, "history": _histories, "curve": _curves, "states": _states,
+}  # fmt: skip
+
+
+# ------------------------------------------------------------------ drawing
+
+
+def _draw(drawing: Drawing, known: Mapping[str, Look], ax: Any) -> None:
+    """The lines with a legend and units on both axes."""
+    x = scale_of(_all(t.x for t in drawing.traces), drawing.x[1], percent=True)
+    y = scale_of(_all(t.y for t in drawing.traces), drawing.y[1], percent=True)
+    for trace in drawing.traces:
+        style = _style(known.get(trace.name), len(trace.x))
+        ax.plot(_over(trace.x, x.factor), _over(trace.y, y.factor), label=trace.name, **style)
+        if trace.low is not None and trace.high is not None:
+            band = (_over(trace.low, y.factor), _over(trace.high, y.factor))
+            ax.fill_between(_over(trace.x, x.factor), *band, color=style["color"], alpha=0.18, linewidth=0)
+    ax.set(xlabel=x.heading(drawing.x[0]), ylabel=y.heading(drawing.y[0]), title=drawing.title)
+    if drawing.equal:
+        ax.set_aspect("equal", adjustable="datalim")
+    ax.grid(alpha=0.3)
+    ax.legend(fontsize="small")
+
+
+def _all(values: Iterable[Values]) -> list[float]:
+    return [float(v) for own in values for v in own]
+
+
+def _over(values: Values, factor: float) -> list[float]:
+    return [float(v) / factor for v in values]
+
+
+def _style(look: Look | None, count: int) -> dict[str, Any]:
+    """Colour, dash and marks as the report has them; what is not deformed is dotted."""
+    if look is None:
+        return {"color": NEUTRAL, "linestyle": ":", "linewidth": 1.2}
+    dash = [float(d) for d in look.dash.split()]
+    style: dict[str, Any] = {"color": NEUTRAL, "linewidth": 2.6, "zorder": 1.5}
+    if look.role == "model":
+        marks = {"marker": MARKERS[look.marker], "markersize": 4.5, "markevery": max(1, count // MARKED)}
+        style = {"color": COLOURS[look.colour % len(COLOURS)], "linewidth": 1.5, **marks}
+    return style | ({"linestyle": (0, tuple(dash))} if dash else {})

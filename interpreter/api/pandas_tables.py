@@ -1,0 +1,92 @@
+"""A report as a table for pandas: a row is one number, all in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.api.optional_packages import needed
+from softmark.interpreter.results.run_report import MetricResult, ModelResult, ReferenceResult, Report
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+COLUMNS = {  # name: what stands there; None where it is not known
+    "model": "the name of the model, or of the reference",
+    "kind": "`model`, or what kind of reference it is",
+    "metric": "the name of the metric",
+    "state": "the value of the state of the analysis; not a number where it has only one",
+    "value": "in `unit`",
+    "unit": "of SI; 1 of a plain number",
+    "stated_error": "what the model states of the value, in `unit`",
+    "reference": "what the metric measures from",
+    "uncertainty": "of that reference, in `unit`",
+    "published": "what the scene says that others found, in `unit`",
+    "verdict": "`met`, `not_met` or `cannot_tell`: the worst of what is expected of it",
+    "status": "how the model ended: `converged`, `not_converged`, ...",
+    "reason": "why there is no value",
+    "seconds": "wall time of the solution, s: the median of its runs",
+}
+NUMBERS = ("state", "value", "stated_error", "uncertainty", "published", "seconds")
+WORST = ("not_met", "cannot_tell", "met")
+
+Row = dict[str, Any]
+
+
+def frame(report: Report) -> DataFrame:
+    """A row for each model or reference, metric and state. Raises MissingExtra."""
+    pandas = needed("pandas", "report.frame()", "notebook")
+    found: DataFrame = pandas.DataFrame(list(rows(report)), columns=list(COLUMNS))
+    return found.astype(dict.fromkeys(NUMBERS, float))
+
+
+def rows(report: Report) -> Iterator[Row]:
+    """The rows, as dicts of COLUMNS; one without a metric for a model that has none."""
+    verdicts = _verdicts(report)
+    for result in report.outcomes:
+        for name in result.metrics or ((None,) if result.name in report.models else ()):
+            own = _row(report, result, name) | {"verdict": verdicts.get((result.name, name))}
+            yield from _in_states(result, name, own)
+
+
+def _row(report: Report, result: ModelResult | ReferenceResult, name: str | None) -> Row:
+    row: Row = dict.fromkeys(COLUMNS) | {"model": result.name, "kind": "model", "status": result.status}
+    if isinstance(result, ModelResult):
+        clock = result.time.get("solve_s")
+        row["seconds"] = None if clock is None else clock.median
+    else:
+        row["kind"] = result.kind
+    if name is None:
+        return row | {"reason": result.message}
+    stated = result.stated.get(name) if isinstance(result, ModelResult) else None
+    declared = report.names.declared.get(name)
+    row |= {"metric": name, "stated_error": None if stated is None else stated.value}
+    return row | _number(result.metrics[name]) | {"reference": None if declared is None else declared.against}
+
+
+def _number(metric: MetricResult) -> Row:
+    return {"value": metric.value, "unit": metric.unit, "uncertainty": metric.uncertainty,
+            "published": metric.published, "reason": metric.reason}  # fmt: skip
+
+
+def _in_states(result: ModelResult | ReferenceResult, name: str | None, row: Row) -> Iterator[Row]:
+    """The row, or one for each state; the stated error and the time are those of the last state and of all."""
+    if not result.states or name is None:
+        yield row
+        return
+    each: tuple[Any, ...] = result.each
+    for number, (state, own) in enumerate(zip(result.states, each, strict=True)):
+        last = number == len(result.states) - 1
+        metric = own.metrics.get(name)
+        known = _number(metric) if metric is not None else {"value": None, "reason": own.message}
+        yield row | known | {"state": float(state), "stated_error": row["stated_error"] if last else None}
+
+
+def _verdicts(report: Report) -> dict[tuple[str, str | None], str]:
+    """The worst verdict of what is expected of a metric of a model."""
+    found: dict[tuple[str, str | None], str] = {}
+    for e in report.expectations:
+        for key in e.about:
+            ranked = sorted({e.verdict, found.get(key, e.verdict)}, key=WORST.index)
+            found[key] = ranked[0]
+    return found

@@ -1,0 +1,240 @@
+"""The interpreter from Python: `softmark.load(...).run(...)`, `softmark.compare(...)` and `softmark.stress(...)`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.language.compiled_scene import Scene, SceneError
+from softmark.interpreter.language.scene_sources import Missing, locate, read
+from softmark.interpreter.validation.scene_loader import checked
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.api.shown_report import RunReport
+    from softmark.interpreter.api.shown_studies import ShownComparison, ShownStress
+
+Parameter = Any  # a text such as "120 mm", a number where it has no unit, a quantity of pint
+TOLD = ("model", "reference", "metric")  # kinds of what a scene declares that its `repr` names
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """A scene without errors, ready to run; `warnings` are doubts about it."""
+
+    scene: Scene
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def title(self) -> str:
+        """The scene's title."""
+        return self.scene.title
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Names of its models."""
+        return tuple(self.scene.of_kind("model"))
+
+    def __repr__(self) -> str:
+        from softmark.interpreter.results.prompt_representation import cut, listed
+
+        own = [f"{kind}s {listed(list(known))}" for kind in TOLD if (known := self.scene.of_kind(kind))]
+        counts = {"expectation": len(self.scene.expectations), "warning": len(self.warnings)}
+        own += [f"{n} {noun}{'s' * (n != 1)}" for noun, n in counts.items() if n]
+        return f"<Scene {cut(self.title or self.scene.source.name)!r}: {'; '.join(own)}>"
+
+    def _repr_html_(self) -> str:
+        from softmark.interpreter.report.notebook.scene_box import inline
+
+        return inline(self.scene, self.warnings)
+
+    def run(self, models: str | Sequence[str] | None = None, repeat: int = 1, stated: bool = False) -> RunReport:
+        """Solve and judge; `models` restricts to some, `repeat` times each solution so often.
+
+        With `stated` each model is asked what error it states itself, which costs about as much again.
+
+        A notebook shows what is being done until it is. Models that do not converge are in the report with their
+        status: look at it before their numbers.
+        Raises SceneError if the scene cannot be built or a name in `models` is unknown, BadArgument, which is one, for
+        an argument of another type or size.
+        """
+        from softmark.interpreter.api import api_arguments
+        from softmark.interpreter.validation.requested_names import unknown_models
+
+        only = () if models is None else api_arguments.models(models)
+        if models is not None and not only:
+            raise api_arguments.BadArgument("`models` is empty; leave it out to run all models")
+        api_arguments.count("repeat", repeat)
+        asked = () if api_arguments.flag("stated", stated) else None
+        from softmark.interpreter.api import notebook_progress
+        from softmark.interpreter.api.shown_report import RunReport
+        from softmark.interpreter.pipeline.run_options import Options, Sound
+        from softmark.interpreter.pipeline.run_pipeline import report_of
+
+        if problems := unknown_models(self.scene, only):
+            raise SceneError(problems)
+        with notebook_progress.line() as say:
+            options = Options(only=only, repeat=int(repeat), say=say, stated=asked, free=True)
+            return RunReport.showing(report_of(Sound(self.scene, self.warnings), options))
+
+
+def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
+    """The scene of a file, or of the standard library by name: `load("beam.scene", L="120 mm")`.
+
+    `parameters` replace those of the scene: texts, quantities of pint, or numbers where they have no unit. `plugins`
+    are files of others, or names of installed ones, whose words it may use. Raises SceneError with every diagnostic if
+    something is wrong, BadArgument for a value of another type, FileNotFoundError if there is no such scene.
+    """
+    from softmark.interpreter.api.api_arguments import place
+
+    place("file", file, "the file of a scene or the name of a standard one")
+    try:
+        path = locate(str(file))
+        source = read(path)
+    except Missing as missing:
+        raise FileNotFoundError(f"{missing.reason}. {missing.remedy}") from missing
+    return _loaded(source, path.parent, path, parameters, plugins)
+
+
+def loads(text: str, /, plugins: Sequence[str | Path] = (), **parameters: Parameter) -> LoadedScene:
+    """The scene of a text; files that it names are looked for in the working directory. Raises SceneError."""
+    from softmark.interpreter.api import api_arguments
+
+    api_arguments.text("text", text, "the text of a scene")
+    return _loaded(Source("<text>", text), Path(), None, parameters, plugins)
+
+
+def _loaded(
+    source: Source,
+    folder: Path,
+    file: Path | None,
+    parameters: Mapping[str, object],
+    plugins: Sequence[str | Path],
+) -> LoadedScene:
+    from softmark.interpreter.api import api_arguments
+
+    overrides = [api_arguments.override(name, value) for name, value in parameters.items()]
+    return loaded_of(source, folder, file, overrides, api_arguments.places("plugins", plugins))
+
+
+def loaded_of(
+    source: Source,
+    folder: Path,
+    file: Path | None,
+    overrides: Sequence[str],
+    plugins: Sequence[str],
+    only: Sequence[str] = (),
+) -> LoadedScene:
+    """The scene of a text with overrides as on the command line, `L=120 mm`. Raises SceneError.
+
+    With `only` what other models cannot do is no error.
+    """
+    scene, diagnostics = checked(source, folder, file, overrides, only, plugins)
+    if any(d.severity == "error" for d in diagnostics) or scene is None:
+        raise SceneError([d for d in diagnostics if d.severity == "error"])
+    return LoadedScene(scene, tuple(diagnostics))
+
+
+def compare(
+    *scenes: str | Path | LoadedScene,
+    vary: Mapping[str, Sequence[Parameter] | Parameter] | None = None,
+    models: str | Sequence[str] = (),
+    study: str | None = None,
+    folder: str | Path | None = None,
+    jobs: int = 1,
+    cluster: str | None = None,
+    timeout: float | None = None,
+    repeats: int = 5,
+    resume: bool = False,
+    fresh: bool = False,
+    allow_contaminated: bool = False,
+) -> ShownComparison:
+    """Every model of some scenes under every setting of their studies: errors, times, and what they tell.
+
+    `vary={"h": ["10 mm", "5 mm"]}` takes the place of the studies. `folder` keeps the journal that `resume` goes on
+    with; without it nothing is kept. `timeout` is in s for each configuration; `repeats=0` leaves out timing. Raises
+    SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results already,
+    and pool.Unavailable where workers or a cluster cannot be had.
+    """
+    import tempfile
+
+    from softmark.interpreter.api import api_arguments
+
+    if not scenes:
+        raise api_arguments.BadArgument(
+            "`softmark.compare` needs a scene: a file, a standard scene, or what `load` gave"
+        )
+    texts, only = api_arguments.varied(vary), api_arguments.models(models)
+    jobs, repeats = api_arguments.count("jobs", jobs), api_arguments.count("repeats", repeats, least=0)
+    timeout = None if timeout is None else api_arguments.positive("timeout", timeout, "seconds", or_none=True)
+    resume, fresh = api_arguments.once(resume, fresh)
+    api_arguments.flag("allow_contaminated", allow_contaminated)
+    for name, value in (("study", study), ("cluster", cluster)):
+        if value is not None:
+            api_arguments.text(name, value, "a text or None")
+    if folder is not None:
+        api_arguments.place("folder", folder, "a folder")
+
+    from softmark.interpreter.api import notebook_progress
+    from softmark.interpreter.api.shown_studies import ShownComparison
+    from softmark.interpreter.study.comparison_study import ComparisonRequest
+    from softmark.interpreter.study.comparison_study import compare as carry_out
+    from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject, subject_of
+
+    subjects: list[SceneSubject] = []
+    for one in scenes:
+        scene = one.scene if isinstance(one, LoadedScene) else load(one).scene
+        subjects.append(subject_of(scene, [s.name for s in subjects]))
+    with tempfile.TemporaryDirectory() as scratch, notebook_progress.line() as say:
+        request = ComparisonRequest(
+            Path(folder or scratch), texts, only, study, jobs, cluster, timeout, repeats, resume, fresh,
+            allow_contaminated, "softmark.compare", say,
+        )  # fmt: skip
+        return ShownComparison.showing(carry_out(subjects, request))
+
+
+def stress(
+    scene: str | Path | LoadedScene,
+    models: str | Sequence[str] = (),
+    study: str | None = None,
+    folder: str | Path | None = None,
+    jobs: int = 1,
+    timeout: float = 60.0,
+    memory: float = 4.0,
+    resume: bool = False,
+    fresh: bool = False,
+) -> ShownStress:
+    """Every model of a scene walked to its edges, by its stability studies, or along every number where it has none.
+
+    `silent` of the result are the points that look right and are wrong. `folder` keeps the journal that `resume` goes
+    on with; without it nothing is kept. `timeout` is in CPU seconds for each point, `memory` in GiB for each process.
+    Raises SceneError, BadArgument, FileNotFoundError, journal.Refused for a folder that is in use or holds results
+    already, and pool.Unavailable where workers cannot be had.
+    """
+    import tempfile
+
+    from softmark.interpreter.api import api_arguments
+
+    only, jobs = api_arguments.models(models), api_arguments.count("jobs", jobs)
+    timeout = api_arguments.positive("timeout", timeout, "seconds")
+    memory = api_arguments.positive("memory", memory, "GiB")
+    resume, fresh = api_arguments.once(resume, fresh)
+    if study is not None:
+        api_arguments.text("study", study, "the name of a study or None")
+    if folder is not None:
+        api_arguments.place("folder", folder, "a folder")
+
+    from softmark.interpreter.api import notebook_progress
+    from softmark.interpreter.api.shown_studies import ShownStress
+    from softmark.interpreter.study.configurations.configuration_expansion import subject_of
+    from softmark.interpreter.study.robustness.robustness_study import StabilityRequest
+    from softmark.interpreter.study.robustness.robustness_study import stress as carry_out
+
+    loaded = scene if isinstance(scene, LoadedScene) else load(scene)
+    with tempfile.TemporaryDirectory() as scratch, notebook_progress.line() as say:
+        request = StabilityRequest(
+            Path(folder or scratch), only, study, jobs, timeout, memory, resume, fresh, "softmark.stress", say
+        )
+        return ShownStress.showing(carry_out(subject_of(loaded.scene), request))

@@ -1,0 +1,79 @@
+"""What comparisons and stability studies give in Python: their results, and how these are shown and written.
+
+Jupyter shows `_repr_html_`; other prompts a line. Nothing that draws or writes is imported before it is asked for.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Self
+
+from softmark.interpreter.api.shown_report import own_fields
+from softmark.interpreter.results.prompt_representation import cut
+from softmark.interpreter.study.comparison_study import Comparison
+from softmark.interpreter.study.robustness.robustness_record import Stress
+
+
+class ShownComparison(Comparison):
+    """What `compare` found, and its files."""
+
+    @classmethod
+    def showing(cls, found: Comparison) -> Self:
+        """The same comparison."""
+        return cls(**own_fields(found))
+
+    def __repr__(self) -> str:
+        solved = sum(p["status"] in ("converged", "capped") for p in self.points)
+        models = len({p["model"] for p in self.points})
+        advice = "".join(f"; {cut(a.sentence)}" for a in self.found.analysis.advice[:1])
+        return f"<Comparison: {solved} of {len(self.points)} configurations of {models} models solved{advice}>"
+
+    def _repr_html_(self) -> str:
+        from softmark.interpreter.report.notebook.comparison_box import inline
+
+        return inline(self.found)
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write compare.json and compare.html into a folder, as `dsl compare --out` does; their paths.
+
+        Raises BadArgument for what is no folder's name, and OSError.
+        """
+        from softmark.interpreter.report.comparison.comparison_page import page
+
+        return _written(folder, {"compare.json": self.dumps(), "compare.html": page(self.found)})
+
+
+class ShownStress(Stress):
+    """What `stress` found, and its files."""
+
+    @classmethod
+    def showing(cls, found: Stress) -> Self:
+        """The same study."""
+        return cls(**own_fields(found))
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{n} {word.replace('_', ' ')}" for word, n in self.summary.classes.items() if n)
+        return f"<Stress of {str(self.scene['title'])!r}: {self.summary.points} points: {said or 'none'}>"
+
+    def _repr_html_(self) -> str:
+        from softmark.interpreter.report.notebook.robustness_box import inline
+
+        return inline(self)
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write stress.json and stress.html into a folder, as `dsl stress --out` does; their paths.
+
+        Raises BadArgument for what is no folder's name, and OSError.
+        """
+        from softmark.interpreter.report.robustness.robustness_page import page
+
+        return _written(folder, {"stress.json": self.dumps(), "stress.html": page(self)})
+
+
+def _written(folder: str | Path, texts: dict[str, str]) -> list[Path]:
+    from softmark.interpreter.api import api_arguments
+    from softmark.interpreter.results.atomic_files import replace
+
+    place = api_arguments.place("folder", folder, "a folder")
+    place.mkdir(parents=True, exist_ok=True)
+    return [replace(place / name, text) for name, text in texts.items()]

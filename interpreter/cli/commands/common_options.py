@@ -1,0 +1,41 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+
+from softmark.interpreter.help.diagnostic_formats import FORMATS
+
+
+def scene_options(parser: argparse.ArgumentParser) -> None:
+    """FILE [-p NAME=VALUE]... [--model NAME]..."""
+    parser.add_argument("file", metavar="FILE", help="a scene file, a standard scene, or - for standard input")
+    override_option(parser)
+    plugin_option(parser)
+    parser.add_argument("--model", action="append", default=[], metavar="NAME", help="only this model")
+
+
+def plugin_option(parser: argparse.ArgumentParser) -> None:
+    """[--plugin FILE|NAME]..."""
+    meaning = "take words from somebody's file, or from an installed plugin by its name"
+    parser.add_argument("--plugin", action="append", default=[], dest="plugins", metavar="FILE", help=meaning)
+
+
+def folder(text: str) -> str:
+    """The name of a folder, of the command line; an empty one would be the working folder without a word."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name of the folder is empty; `.` is the one that you are in")
+    return text
+
+
+def override_option(parser: argparse.ArgumentParser) -> None:
+    """[-p NAME=VALUE]..."""
+    meaning = "replace a parameter or a field"
+    parser.add_argument("-p", action="append", default=[], dest="overrides", metavar="NAME=VALUE", help=meaning)
+
+
+def diagnostics_option(parser: argparse.ArgumentParser, *formats: str) -> None:
+    """[--diagnostics text|...]"""
+    means = "; ".join(f"{name}: {FORMATS[name]}" for name in formats)
+    said = f"how to say what is wrong; text: on standard error, for people (default); on standard output, {means}"
+    parser.add_argument("--diagnostics", choices=("text", *formats), default="text", help=said)

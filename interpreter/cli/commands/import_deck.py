@@ -1,0 +1,125 @@
+"""`dsl import`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic, visible
+from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
+
+if TYPE_CHECKING:
+    from softmark.interpreter.importers.imported_deck import Left
+    from softmark.interpreter.importers.scene_writer import Written
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE [--out FILE.scene] [--units SYSTEM | --unit 1mm --stress 1MPa --time 1s] [--material M] [--density D]"""
+    from softmark.interpreter.importers.deck_units import SYSTEMS
+    from softmark.interpreter.importers.import_formats import TITLES
+
+    parser.add_argument("file", metavar="FILE", help=f"a mesh or a deck: {TITLES}")
+    parser.add_argument("--out", metavar="FILE.scene", help="the scene; its mesh lies beside it (default: FILE's name)")
+    parser.add_argument("--units", metavar="SYSTEM", help=f"units that belong together: {', '.join(SYSTEMS)}")
+    parser.add_argument("--unit", metavar="LENGTH", help="one unit of the file's lengths, such as 1mm")
+    parser.add_argument("--stress", metavar="STRESS", help="one unit of its stresses, such as 1MPa")
+    parser.add_argument("--time", metavar="TIME", help="one unit of its times, such as 1s")
+    parser.add_argument("--material", metavar="LAW", help="what cells are made of that have no law there, as scenes "
+                        "say it: 'neo_hookean(young = 1 MPa, poisson = 0.3, density = 1000 kg/m^3)'")  # fmt: skip
+    parser.add_argument("--at", metavar="TIME", type=float, help="the moment of the analysis whose loads are carried "
+                        "over, in the file's unit of time, of a deck with load curves (default: its end)")  # fmt: skip
+    parser.add_argument("--density", metavar="DENSITY", help="of materials that have none there, such as 1000kg/m^3")
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Write a scene, and say what it does not have."""
+    from softmark.interpreter.results.atomic_files import replace
+    from softmark.safe_files import read_regular
+
+    path = Path(parsed.file)
+    target = Path(parsed.out or f"{path.stem}.scene")
+    mesh = target.parent / (f"{target.stem}-mesh.inp" if path.suffix.lower() != ".msh" else path.name)
+    try:
+        found = _written(parsed, path, mesh.name)
+    except _Refused as refused:
+        show([refused.diagnostic])
+        return 2
+    try:
+        own = mesh.is_file() and not mesh.is_symlink() and mesh.resolve() == path.resolve()
+        if taken := [f for f in (target, mesh) if os.path.lexists(f) and not (f == mesh and own)]:
+            print(visible(f"error: {taken[0]} is there already; name another scene by --out"), file=sys.stderr)
+            return 2
+        if not own:
+            data = read_regular(path) if found.mesh is None else found.mesh.encode("ascii")
+            replace(mesh, data)
+        replace(target, found.scene)
+    except OSError as failure:
+        print(visible(f"error: {target} cannot be written: {failure.strerror}"), file=sys.stderr)
+        return 2
+    for file in (target, mesh):
+        print(visible(str(file)))
+    problems = errors(load(str(target))[1])
+    show([*_ended(path, found), *(_left(path, what) for what in found.left),
+          *(_taken(path, how) for how in found.taken), *_turned(path, found), *problems])  # fmt: skip
+    return 2 if problems else 0
+
+
+class _Refused(Exception):
+    def __init__(self, code: str, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.diagnostic = Diagnostic(code, visible(reason), None, None, help=visible(remedy))
+
+
+def _written(parsed: argparse.Namespace, path: Path, mesh: str) -> Written:
+    """Raises _Refused."""
+    from softmark.interpreter.importers import deck_units, import_formats, scene_writer
+    from softmark.interpreter.importers.imported_deck import Foreign
+    from softmark.references.measured_data import Unreadable
+
+    try:
+        given = any(text is not None for text in (parsed.units, parsed.unit, parsed.stress, parsed.time))
+        told = deck_units.told(parsed.units, parsed.unit, parsed.stress, parsed.time) if given else None
+        density = deck_units.one("--density", parsed.density, deck_units.DENSITY).text if parsed.density else None
+        deck = import_formats.read(path, parsed.at)
+        return scene_writer.written(
+            deck, deck_units.agreed(told, deck.units), scene_writer.Filled(parsed.material, density), mesh
+        )
+    except Unreadable as error:
+        raise _Refused("E750", f"{error.name}: {error.reason}", error.remedy) from None
+    except deck_units.Unasked as error:
+        raise _Refused("E751", error.reason, error.remedy) from None
+    except deck_units.Contradicted as error:
+        raise _Refused("E757", f"{path.name}: {error.reason}", error.remedy) from None
+    except scene_writer.Wanting as error:
+        raise _Refused("E752", error.reason, error.remedy) from None
+    except Foreign as error:
+        raise _Refused(error.code, error.reason, error.remedy) from None
+
+
+def _ended(path: Path, found: Written) -> list[Diagnostic]:
+    """Loads that are zero at the moment that was carried over, and were not before."""
+    return [
+        Diagnostic("W757", visible(f"{path.name}: {own.described}"), None, None,
+                   help=f"it is 0 in the scene; `--at {own.when:g}` imports the moment at which it is greatest")
+        for own in found.ended
+    ]  # fmt: skip
+
+
+def _turned(path: Path, found: Written) -> list[Diagnostic]:
+    if found.turned is None:
+        return []
+    remedy = "a scene turns them, which changes no shape; other programs may refuse such cells: number their nodes anew"
+    return [Diagnostic("W751", visible(f"{path.name}: {found.turned}"), None, None, help=remedy)]
+
+
+def _taken(path: Path, how: str) -> Diagnostic:
+    remedy = "the scene has this as a comment too; if the file means something else, change the scene"
+    return Diagnostic("W752", visible(f"taken so ({path.name}): {how}"), None, None, help=remedy)
+
+
+def _left(path: Path, left: Left) -> Diagnostic:
+    place = path.name if left.line is None else f"{path.name}:{left.line}"
+    return Diagnostic("W750", visible(f"not carried over: {left.what} ({place})"), None, None, help=visible(left.why))

@@ -1,0 +1,77 @@
+"""`--also PROGRAM`: other programs beside the finite elements of a scene, as if they stood in its last lines.
+
+For every `fem(...)` of a scene with plain displacements there is an `outside(PROGRAM, ...)` of the same element, size,
+body and mesh; corotational strain, which others do not have, becomes finite. Of models that come to the same, one is
+added. A line that the scene refuses is left out; what a program cannot do is `unsupported`, with its reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Source
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.compiled_scene import Scene
+
+CARRIED = ("size", "body", "mesh")  # of `fem(...)`, as it is written
+OF_OTHERS = ("mass", "linear", "cap", "start", "factorisation", "precision")  # of how ours solves: nothing to others
+
+
+def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:
+    """A scene as `load` gives it, with models of other programs. Names are not checked here."""
+    from softmark.interpreter.cli.commands.scene_arguments import Unread, load, read_scene
+    from softmark.interpreter.validation.scene_loader import checked
+
+    scene, diagnostics = load(name)
+    if scene is None or not programs:
+        return scene, diagnostics
+    try:
+        source, folder, file = read_scene(name)
+    except Unread as unread:
+        return None, [unread.diagnostic]
+    lines = added(source, scene, programs)
+    while lines:
+        text = source.text.rstrip() + "\n\n# also\n" + "\n".join(lines) + "\n"
+        found, said = checked(Source(source.name, text), folder, file)
+        if found is not None:
+            return found, diagnostics
+        first = text.count("\n") - len(lines) + 1
+        wrong = {d.span.line - first for d in said if d.severity == "error" and d.span is not None}
+        kept = [line for i, line in enumerate(lines) if i not in wrong]
+        if len(kept) == len(lines):
+            return scene, diagnostics
+        lines = kept
+    return scene, diagnostics
+
+
+def added(source: Source, scene: Scene, programs: Sequence[str]) -> list[str]:
+    """The declarations, one for each program and each mesh of finite elements."""
+    from softmark.grammar.parser import parse
+
+    own = [n for n in parse(source)[0].declarations if isinstance(n, tree.Declare) and n.kind == "model"]
+    words = {node.name: said for node in own if (said := _plain(source, node)) is not None}
+    once = {said: name for name, said in reversed(words.items())}  # the first name of each
+    return [
+        f"model {name}_by_{program} = outside({program}, {said})"
+        for said, name in reversed(once.items())
+        for program in programs
+        if f"{name}_by_{program}" not in scene.declared
+    ]
+
+
+def _plain(source: Source, node: tree.Declare) -> str | None:
+    """The arguments of the same mesh and strain for others; None where ours is more than plain displacements."""
+    call = node.value
+    if not isinstance(call, tree.Call) or call.function.text != "fem":
+        return None
+    given = {a.name or ("element" if i == 0 else ""): a for i, a in enumerate(call.arguments)}
+    said = {n: source.text[a.value.span.start : a.value.span.end] for n, a in given.items()}
+    if not {"element", "strain"} <= set(said) or not set(said) <= {"element", "strain", *CARRIED, *OF_OTHERS}:
+        return None
+    strain = "finite" if said["strain"] == "corotational" else said["strain"]
+    rest = [f"{n} = {said[n]}" for n in CARRIED if n in said]
+    return ", ".join([said["element"], f"strain = {strain}", *rest])

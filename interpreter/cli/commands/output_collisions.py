@@ -1,0 +1,64 @@
+"""What a command writes never takes the place of what it reads, nor of another thing that it writes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import visible
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Scene
+
+Place = tuple[str, Path]  # (in words: the option that leads there or what it is, where)
+
+
+def collision(outputs: Sequence[Place], inputs: Iterable[Place] = ()) -> str:
+    """Which two of some places are one file, as an error message; nothing where all are apart."""
+    taken = {key: (what, path) for what, path in inputs if (key := _key(path)) is not None}
+    for option, path in outputs:
+        key = _key(path)
+        if key is None:
+            continue
+        if key in taken:
+            what, other = taken[key]
+            return _message(option, path, what, other)
+        taken[key] = f"what {option} writes", path
+    return ""
+
+
+def _message(option: str, path: Path, what: str, other: Path) -> str:
+    same = "" if path == other else f", which is the same file as {other}"
+    return visible(f"error[E394]: {option} would write to {path}{same}: that is {what}, and would be lost; "
+                   f"choose another place with {option.split()[0].rstrip(',')}")  # fmt: skip
+
+
+def _key(path: Path) -> object:
+    """What tells one file from another, whatever it is called; None for devices and pipes, which keep nothing."""
+    try:
+        if path.exists() and not path.is_file():
+            return None
+        if path.exists():
+            found = path.stat()
+            return found.st_dev, found.st_ino
+        return os.path.realpath(path)
+    except (OSError, ValueError):  # that it cannot be written to is said elsewhere
+        return None
+
+
+def read_by(scene: Scene) -> list[Place]:
+    """The files that a scene was read from, and those that it names."""
+    from softmark.interpreter.study.configurations.source_digests import files_of
+
+    modules = scene.table.modules if scene.table is not None else []
+    texts = [("the scene" if not m.prefix else "a scene that is used", m.file) for m in modules]
+    found = [(what, file) for what, file in texts if file is not None]
+    named = (Path(n) for d in scene.declared.values() for n in files_of(d.thing) if not n.startswith("data:"))
+    return [*found, *(("a file that the scene reads", path) for path in dict.fromkeys(named))]
+
+
+def folded(option: str, folder: Path | None, names: Sequence[str]) -> list[Place]:
+    """The files that are written into a folder."""
+    return [] if folder is None else [(option, folder / name) for name in names]

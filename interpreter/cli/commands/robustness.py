@@ -1,0 +1,111 @@
+"""`dsl stress`."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli.commands.common_options import folder as folder_name
+from softmark.interpreter.cli.commands.common_options import scene_options
+from softmark.interpreter.cli.commands.study_options import (
+    again_options,
+    carried_out,
+    count,
+    positive,
+    shelved,
+    warn,
+)
+
+if TYPE_CHECKING:
+    from softmark.interpreter.cli.commands.progress_line import Progress
+    from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
+    from softmark.interpreter.study.robustness.robustness_record import Stress
+    from softmark.interpreter.study.robustness.robustness_study import StabilityRequest
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """FILE [-p NAME=VALUE]... [--model NAME]... [--study NAME] [--out DIR] [--json FILE] ..."""
+    parser.description = (
+        "walk every model of a scene to its edges: right, inaccurate and saying so, silent, or without an answer. "
+        "Exit status 1 where a point is silent: converged, wrong, and nothing says so."
+    )
+    scene_options(parser)
+    parser.add_argument("--study", metavar="NAME", help="only this stability study of the scene")
+    parser.add_argument("--out", type=folder_name, metavar="DIR",
+                        help="folder for stress.html, stress.json and journal.jsonl"
+                        " (default: NAME-stress)")  # fmt: skip
+    parser.add_argument("--json", metavar="FILE", help="write the JSON result to FILE; - is standard output")
+    parser.add_argument("--jobs", type=count, default=1, metavar="N", help="compute points in N processes at a time")
+    parser.add_argument("--timeout", type=positive, default=60.0, metavar="S",
+                        help="give up a point after S seconds of CPU time (default: 60)")  # fmt: skip
+    parser.add_argument("--memory", type=positive, default=4.0, metavar="GIB",
+                        help="address space of each process in GiB (default: 4)")  # fmt: skip
+    again_options(parser)
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Stress the models of a scene; 1 where a point is silent."""
+    from softmark.interpreter.cli.commands.progress_line import Progress
+
+    progress = Progress(sys.stderr)
+    progress.say("start", f"stressing {parsed.file}")
+    try:
+        return _stress(parsed, progress)
+    finally:
+        progress.clear()
+
+
+def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
+    from softmark.interpreter.cli.commands.scene_arguments import load, show
+    from softmark.interpreter.study.configurations.configuration_expansion import subject_of
+    from softmark.interpreter.validation.requested_names import concerning
+
+    scene, diagnostics = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
+    progress.clear()
+    if scene is None:
+        show(diagnostics)
+        return 2
+    warn(concerning(scene, tuple(parsed.model), diagnostics))
+    for name, model in scene.of_kind("model").items():
+        if model.thing.unwalked and (not parsed.model or name in parsed.model):
+            print(visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)
+    subject = subject_of(scene)
+    folder = Path(parsed.out if parsed.out is not None else f"{subject.name}-stress")
+    work = lambda: _stressed(subject, _request(parsed, folder, progress))  # noqa: E731
+    found = carried_out(work, folder, parsed, progress, "stress", [scene])
+    return found if isinstance(found, int) else _shelve(found, folder, parsed)
+
+
+def _stressed(subject: SceneSubject, request: StabilityRequest) -> Stress:
+    from softmark.interpreter.study.robustness.robustness_study import stress
+
+    return stress(subject, request)
+
+
+def _request(parsed: argparse.Namespace, folder: Path, progress: Progress) -> StabilityRequest:
+    from softmark.interpreter.study.robustness.robustness_study import StabilityRequest
+
+    return StabilityRequest(
+        folder=folder, models=tuple(parsed.model), study=parsed.study, jobs=parsed.jobs, timeout=parsed.timeout,
+        memory=parsed.memory, resume=parsed.resume, fresh=parsed.fresh, command=shlex.join(["dsl", *sys.argv[1:]]),
+        say=progress.say,
+    )  # fmt: skip
+
+
+def _shelve(found: Stress, folder: Path, parsed: argparse.Namespace) -> int:
+    """Write the result and show it; the exit status."""
+    from softmark.interpreter.cli.commands.scene_arguments import coloured
+    from softmark.interpreter.report.robustness.robustness_page import page
+    from softmark.interpreter.report.robustness.robustness_terminal import table
+
+    text = found.dumps()
+    files = {"stress.json": lambda: text, "stress.html": lambda: page(found)}
+    sound = shelved(files, text, folder, parsed)
+    if parsed.json != "-":
+        colour, shown = sys.stdout.isatty() and coloured(), str(folder / "stress.html")
+        print(table(found, parsed.file, parsed.overrides, colour, shown if sound else None))
+    return found.exit_status if sound else 3

@@ -1,0 +1,94 @@
+"""What commands share: reading a scene that is named on the command line, and showing diagnostics."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic, Source, render, summary
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Scene
+
+
+class Unread(Exception):
+    """A scene that cannot be read; the diagnostics say why."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def read_scene(name: str) -> tuple[Source, Path, Path | None]:
+    """Text, folder and file of a scene: a path, a standard scene, or `-` for standard input. Raises Unread."""
+    from softmark.interpreter.language.scene_sources import Missing, beginning, locate, read
+
+    try:
+        if name == "-":
+            data = beginning(sys.stdin.buffer, "standard input")
+            return Source("<stdin>", data.decode("utf-8", errors="replace")), Path(), None
+        path = locate(name)
+        return read(path), path.parent, path
+    except Missing as missing:
+        raise Unread(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
+
+
+def load(
+    name: str, overrides: Sequence[str] = (), only: Sequence[str] = (), plugins: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The checked scene, None if it has errors, and all diagnostics; `only` are the models that are asked for."""
+    from softmark.interpreter.validation.scene_loader import checked
+
+    try:
+        source, folder, file = read_scene(name)
+    except Unread as unread:
+        return None, [unread.diagnostic]
+    return checked(source, folder, file, overrides, only, plugins)
+
+
+def coloured() -> bool:
+    """Whether standard error takes colours."""
+    return sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def show(diagnostics: Sequence[Diagnostic]) -> None:
+    """Diagnostics on standard error, with their count."""
+    if diagnostics := _once(diagnostics):
+        print(render(_grouped(diagnostics), colour=coloured()), file=sys.stderr)
+        print(f"\n{summary(diagnostics)}; more: dsl explain {diagnostics[0].code}", file=sys.stderr)
+
+
+def _once(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Without what several models say of the same place in the same words."""
+    return list({(d.code, d.message, d.source, d.span): d for d in reversed(diagnostics)}.values())[::-1]
+
+
+def _grouped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Warnings that say the same of several places are shown once, with the other lines in a note."""
+    first: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for d in diagnostics:
+        alone = d.span if d.severity == "error" else None
+        first.setdefault((d.code, d.message, d.source, alone), []).append(d)
+    return [_with_others(group) for group in first.values()]
+
+
+def _with_others(group: list[Diagnostic]) -> Diagnostic:
+    lines = sorted({d.span.line for d in group[1:] if d.span})
+    if not lines:
+        return group[0]
+    word = "line" if len(lines) == 1 else "lines"
+    return replace(group[0], notes=(*group[0].notes, f"the same holds for {word} {', '.join(map(str, lines))}"))
+
+
+def errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Those that are errors."""
+    return [d for d in diagnostics if d.severity == "error"]
+
+
+def has_errors(diagnostics: Sequence[Diagnostic]) -> bool:
+    """Whether one of them is an error."""
+    return bool(errors(diagnostics))

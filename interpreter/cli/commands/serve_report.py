@@ -1,0 +1,195 @@
+"""`dsl serve-report`: the page of a run in a browser of this machine, loaded again whenever it is written again.
+
+Only the page and its numbers are served, by their names, to who asks this machine by the name of this machine: no path
+leads anywhere else, and no page of another site, by whatever name it calls this one, gets an answer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from socketserver import TCPServer
+
+from softmark.grammar.diagnostic import visible
+
+HOST, PORT = "127.0.0.1", 8127
+PAGE, NUMBERS, STATE = "report.html", "report.json", "/state"
+TYPES = {PAGE: "text/html; charset=utf-8", NUMBERS: "application/json"}
+HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+WAITING = "<!DOCTYPE html><html lang=en><meta charset=utf-8><title>softmark</title><p>There is no report yet.</html>"
+RELOAD = """<script>
+(function () {
+  var seen = "STATE";
+  setInterval(function () {
+    fetch("/state", {cache: "no-store"}).then(function (r) { return r.text(); }).then(function (now) {
+      if (now && now !== seen) { location.reload(); }
+    }).catch(function () {});
+  }, 700);
+})();
+</script>
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """[DIR|FILE.scene] [--port N]"""
+    parser.add_argument(
+        "place", nargs="?", default=".", metavar="DIR|FILE", help="the folder of a report, or the scene that it is of"
+    )
+    meaning = f"where on this machine (default: {PORT}; 0: any that is free)"
+    parser.add_argument("--port", type=_port, default=PORT, metavar="N", help=meaning)
+
+
+def _port(text: str) -> int:
+    if not text.isdigit() or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number from 0 to 65535")
+    return int(text)
+
+
+def run(parsed: argparse.Namespace) -> int:
+    """Serve until a signal ends it."""
+    try:
+        folder = folder_of(parsed.place)
+        server = Server(folder, parsed.port)
+    except LookupError as problem:
+        print(visible(f"error: {problem.args[0]}"), file=sys.stderr)
+        return 2
+    except OSError as error:
+        why = f"{error.strerror or error}; choose another with `--port`, 0 takes any that is free"
+        print(visible(f"error: port {parsed.port} cannot be used: {why}"), file=sys.stderr)
+        return 2
+    with server:
+        where = f"http://{HOST}:{server.server_port}/"
+        print(visible(f"{folder / PAGE} is at {where}, for this machine alone; Ctrl-C ends"))
+        sys.stdout.flush()
+        server.serve_forever(poll_interval=0.2)
+    return 0
+
+
+def folder_of(place: str) -> Path:
+    """The folder of a report: itself, or that of a scene, or the only one here. Raises LookupError."""
+    path = Path(place)
+    if path.is_dir():
+        if (path / PAGE).is_file() or path.name.endswith("-report"):
+            return path
+        below = sorted(p.parent for p in path.glob(f"*-report/{PAGE}"))
+        if len(below) == 1:
+            return below[0]
+        found = f"several reports: {', '.join(p.name for p in below)}" if below else "no report"
+        raise LookupError(f"there is {found} in {path}; name the folder of one, or its scene")
+    from softmark.interpreter.language.scene_sources import Missing, locate
+
+    try:
+        return Path(f"{locate(place).stem}-report")
+    except Missing as missing:
+        raise LookupError(f"{missing.reason}; {missing.remedy}") from missing
+
+
+class Server(ThreadingHTTPServer):
+    """Answers on the loopback address. Raises OSError where the port cannot be had."""
+
+    daemon_threads = True
+    allow_reuse_address = sys.platform != "win32"  # there it would share the port with whoever has it
+
+    def __init__(self, folder: Path, port: int) -> None:
+        self.folder = folder
+        super().__init__((HOST, port), Answer)
+
+    def server_bind(self) -> None:
+        """Without asking the network what this machine is called."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = HOST, int(self.server_address[1])
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """A browser that has gone is no error; of others a line, for the server goes on."""
+        error = sys.exc_info()[1]
+        if not isinstance(error, OSError):
+            print(visible(f"a request was not answered: {type(error).__name__}: {error}"), file=sys.stderr)
+
+    def file(self, name: str) -> Path | None:
+        """A file of the folder, where it is one and lies in it."""
+        path = self.folder / name
+        return path if path.is_file() and path.resolve().parent == self.folder.resolve() else None
+
+    @property
+    def state(self) -> str:
+        """What changes when the page is written again; nothing where there is none."""
+        try:
+            found = (self.folder / PAGE).stat()
+        except OSError:
+            return ""
+        return f"{found.st_mtime_ns}-{found.st_size}-{found.st_ino}"
+
+
+class Answer(BaseHTTPRequestHandler):
+    """One request: three names are known, and nothing is written."""
+
+    server: Server
+    server_version, sys_version = "softmark", ""
+    timeout = 30  # s for a request to come
+
+    def do_GET(self) -> None:
+        """The page, its numbers, or which state it is in."""
+        self._answer(body=True)
+
+    def do_HEAD(self) -> None:
+        """The same without what it holds."""
+        self._answer(body=False)
+
+    def _answer(self, body: bool) -> None:
+        status, kind, data = self._found()
+        self.send_response(status)
+        for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": str(len(data))}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        if body:
+            self.wfile.write(data)
+
+    def _found(self) -> tuple[HTTPStatus, str, bytes]:
+        plain = "text/plain; charset=utf-8"
+        if not self._asked_here():
+            return HTTPStatus.MISDIRECTED_REQUEST, plain, b"this is served to this machine alone, by its own name\n"
+        asked = self.path.partition("?")[0]
+        if asked == STATE:
+            return HTTPStatus.OK, plain, self.server.state.encode()
+        name = PAGE if asked == "/" else asked[1:]
+        if name not in TYPES:
+            return HTTPStatus.NOT_FOUND, plain, b"there is the report at / and its numbers at /report.json\n"
+        state, file = self.server.state, self.server.file(name)  # in this order: a newer page is loaded once more
+        try:
+            data = b"" if file is None else file.read_bytes()
+        except OSError:
+            file = None
+        if name == PAGE:
+            return HTTPStatus.OK, TYPES[PAGE], alive(WAITING.encode() if file is None else data, state)
+        if file is None:
+            return HTTPStatus.NOT_FOUND, plain, b"there are no numbers yet\n"
+        return HTTPStatus.OK, TYPES[name], data
+
+    def _asked_here(self) -> bool:
+        """Whether the name that it was asked by is this machine's: another site's name may lead here as well."""
+        port = self.server.server_port
+        known = {f"{name}{end}" for name in (HOST, "localhost") for end in (f":{port}", *([""] if port == 80 else []))}
+        return self.headers.get_all("Host", []) in [[name] for name in known]
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Nothing: the terminal is for what concerns the report."""
+
+
+def alive(page: bytes, state: str) -> bytes:
+    """A page that asks whether it is still the latest, and may ask that of nobody else."""
+    from softmark.interpreter.report.page.html_document import POLICY
+    from softmark.interpreter.report.page.html_markup import text
+
+    own = text(POLICY).encode()
+    page = page.replace(own, own + text("; connect-src 'self'").encode(), 1)
+    head, end, rest = page.rpartition(b"</html>")
+    return head + RELOAD.replace("STATE", state).encode() + end + rest

@@ -1,0 +1,163 @@
+"""`dsl run --watch`: the scene is run again whenever it, or a file that it names, is saved.
+
+Each run is a process of its own, so that it ends and begins as any other does: with what is on disk, with plugins as
+they are now, and without what an earlier one left. A save during a run has its turn when that run has ended. What is
+watched are the texts and every file that they name in quotes, whether or not they are sound.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.cli import exit_signals
+
+POLL = 0.3  # s between two looks
+CALM = 0.15  # s for which files have not changed: who saves by several writes, or by renaming, is done
+GONE = 1.0  # s that a file may be away while an editor puts another in its place
+ENDING = 5.0  # s that a run has to end when it is told to
+RECENT = 2_000_000_000  # ns: clocks of files are coarse, a file may be saved twice in one tick
+MOST = 2000  # files of a folder that are watched
+
+Stamp = tuple[int, int, int]  # when it was changed, ns, its size, and which file it is
+State = Mapping[Path, str]
+
+
+def watch(parsed: argparse.Namespace) -> int:
+    """Run until a signal ends it; the status is that of a command line in error, for nothing else returns."""
+    from softmark.interpreter.language.scene_sources import Missing, locate
+
+    if parsed.file == "-":
+        print("error: `--watch` needs the name of a file: standard input comes once", file=sys.stderr)
+        return 2
+    try:
+        file = locate(parsed.file)
+    except Missing as missing:
+        print(visible(f"error[E401]: {missing.reason}; {missing.remedy}"), file=sys.stderr)
+        return 2
+    watched = Watched(file, tuple(Path(p) for p in parsed.plugins))
+    child: list[subprocess.Popen[bytes]] = []
+    exit_signals.saying(lambda: _end(child))
+    try:
+        _again_and_again(watched, [sys.executable, "-m", "softmark.interpreter", "run", *words(parsed)], child)
+    finally:
+        _end(child)
+
+
+def _again_and_again(watched: Watched, command: list[str], child: list[subprocess.Popen[bytes]]) -> NoReturn:
+    before = watched.state()
+    while True:
+        child[:] = [subprocess.Popen(command, stdin=subprocess.DEVNULL)]
+        child[0].wait()
+        child.clear()
+        count = sum(map(bool, before.values()))
+        print(f"\nwatching {count} file{'s' if count != 1 else ''}; Ctrl-C ends", file=sys.stderr, flush=True)
+        before, saved = watched.changed(before)
+        print(visible(f"\n{time.strftime('%H:%M:%S')}  saved: {saved}"), file=sys.stderr, flush=True)
+
+
+def words(parsed: argparse.Namespace) -> list[str]:
+    """The arguments of `dsl run` that were given, but for `--watch`."""
+    found = [parsed.file]
+    for option, several in (("-p", parsed.overrides), ("--plugin", parsed.plugins), ("--model", parsed.model)):
+        found += [word for value in several for word in (option, value)]
+    for option, value in (("--out", parsed.out), ("--json", parsed.json), ("--junit", parsed.junit)):
+        found += [] if value is None else [option, value]
+    flags = (("--vtu", parsed.vtu), ("--stated", parsed.stated), ("--fresh", parsed.fresh))
+    found += [option for option, given in flags if given]
+    return [*found, "--repeat", str(parsed.repeat)]
+
+
+def _end(child: list[subprocess.Popen[bytes]]) -> str:
+    """Have a run that is under way end in order; there is nothing to say of it that it does not say itself."""
+    for process in child:
+        deadline = time.monotonic() + ENDING
+        with suppress(OSError):  # it has ended. No method of `process`: this may be called while one of them waits
+            os.kill(process.pid, signal.SIGINT)
+            while os.waitpid(process.pid, os.WNOHANG)[0] == 0:
+                if time.monotonic() > deadline:
+                    os.kill(process.pid, signal.SIGKILL)
+                time.sleep(0.02)
+    return ""
+
+
+@dataclass
+class Watched:
+    """A scene with all that it names."""
+
+    scene: Path
+    plugins: tuple[Path, ...] = ()
+    _digests: dict[Path, tuple[Stamp, str]] = field(default_factory=dict)
+
+    def state(self) -> State:
+        """A digest of every file, "" of one that is not there."""
+        found = dict.fromkeys((self.scene, *self.plugins), "")
+        pending = [self.scene]
+        while pending:
+            text = pending.pop()
+            for path in _named(text):
+                if path.suffix == self.scene.suffix and path not in found:
+                    pending.append(path)
+                found[path] = ""
+        return {path: self._digest(path) for path in found}
+
+    def changed(self, before: State) -> tuple[State, str]:
+        """Wait until a file has another content than before and all are calm: what they are now, and who it was."""
+        while (now := self.state()) == before:
+            time.sleep(POLL)
+        begin = time.monotonic()
+        while True:
+            time.sleep(CALM)
+            later = self.state()
+            away = not later[self.scene] and time.monotonic() < begin + GONE
+            if later == now and not away:
+                break
+            now = later
+        if now == before:  # it is again as it was
+            return self.changed(before)
+        other = [p for p in {**before, **now} if before.get(p) != now.get(p)]
+        return now, ", ".join(str(p) for p in other[:3]) + (f" and {len(other) - 3} more" if len(other) > 3 else "")
+
+    def _digest(self, path: Path) -> str:
+        """SHA-256 of what it holds, read again only where it looks as if it had been saved."""
+        try:
+            if path.is_dir():
+                return repr([(p.name, _stamp(p)) for p in sorted(path.iterdir())[:MOST]]) if self._apart(path) else ""
+            stamp, known = _stamp(path), self._digests.get(path)
+            fresh = time.time_ns() - stamp[0] < RECENT
+            if known is None or known[0] != stamp or fresh:
+                with path.open("rb") as file:
+                    known = stamp, hashlib.file_digest(file, "sha256").hexdigest()
+                self._digests[path] = known
+            return known[1]
+        except OSError:
+            return ""
+
+    def _apart(self, folder: Path) -> bool:
+        """Whether a folder is data: what we write into, or are in, changes by what we do."""
+        here = (self.scene.resolve(), Path.cwd())
+        return not any(p.is_relative_to(folder.resolve()) for p in here) and not (folder / "report.json").exists()
+
+
+def _stamp(path: Path) -> Stamp:
+    found = path.stat()
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def _named(text: Path) -> Iterator[Path]:
+    """Files that a text names in quotes, where they are or could be."""
+    from softmark.interpreter.language.scene_sources import named
+
+    with suppress(OSError):
+        yield from named(text.read_text(encoding="utf-8", errors="replace"), text.parent)

@@ -1,0 +1,159 @@
+"""What could stand at the end of a command line of `dsl`, as its commands say themselves what they take.
+
+To complete what an option or an operand of a new command takes: a line in WAYS, by its name in argparse (`model`) or by
+the command and that name (`import file`). Choices of argparse are known without one, and `FILE` and `DIR` are files and
+folders; what has no way is not completed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+
+from softmark.interpreter.cli.completion import file_candidates, scene_candidates, vocabulary_candidates
+
+Answers = dict[str, str]  # what could stand there, and what it means
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A command line up to the word that is completed."""
+
+    command: str
+    current: str  # the word that is completed, as far as it is there
+    operands: list[str] = field(default_factory=list)  # those before it
+    options: dict[str, list[str]] = field(default_factory=dict)  # values given before it, by names in argparse
+
+
+Way = Callable[[Asked], Answers]
+
+
+def _scenes(asked: Asked) -> Answers:
+    return {**scene_candidates.standard(), **file_candidates.files(asked.current, scene_candidates.SUFFIX)}
+
+
+def _files(*endings: str) -> Way:
+    return lambda asked: file_candidates.files(asked.current, *endings)
+
+
+WAYS: dict[str, Way] = {
+    "file": _scenes,
+    "files": _scenes,
+    "compare files": lambda asked: {**_scenes(asked), **file_candidates.files(asked.current, ".json")},
+    "board files": lambda asked: {
+        **scene_candidates.suites(),
+        **_scenes(asked),
+        **file_candidates.files(asked.current, ".suite"),
+    },
+    "fmt files": _files(scene_candidates.SUFFIX),
+    "import file": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.decks()),
+    "import out": _files(scene_candidates.SUFFIX),
+    "conformance file": lambda asked: file_candidates.plugins(asked.current),
+    "judge results": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.results()),
+    "rest": lambda asked: file_candidates.files(asked.current, *vocabulary_candidates.results()),
+    "model": lambda asked: scene_candidates.declared(asked.operands, "model", asked.options.get("model", [])),
+    "study": lambda asked: scene_candidates.declared(asked.operands, "study"),
+    "overrides": lambda asked: scene_candidates.numbers(asked.operands, asked.current),
+    "vary": lambda asked: {**scene_candidates.numbers(asked.operands, asked.current), "model=": "some of the models"},
+    "plugins": lambda asked: file_candidates.plugins(asked.current),
+    "out": lambda asked: file_candidates.folders(asked.current),
+    "json": _files(".json"),
+    "against": _files(".json"),
+    "junit": _files(".xml"),
+    "also": lambda asked: vocabulary_candidates.programs(),
+    "units": lambda asked: vocabulary_candidates.systems(),
+    "name": lambda asked: vocabulary_candidates.words(asked.current),
+    "what": lambda asked: vocabulary_candidates.topics(),
+    "template": lambda asked: scene_candidates.templates(),
+    # what has none of its own, by what its help calls it
+    "FILE": _files(""),
+    "DIR": lambda asked: file_candidates.folders(asked.current),
+}
+
+
+def answers(words: Sequence[str]) -> Answers:
+    """What could stand in place of the last word, behind those before it (without `dsl` itself)."""
+    from softmark.interpreter.cli.main import COMMANDS
+
+    *before, current = _apart(words) or [""]
+    if not before:
+        found = {name: summary for name, (_, summary) in COMMANDS.items()}
+        return _beginning({**found, "--help": "what there is", "--version": "which this is"}, current)
+    if before[0] not in COMMANDS:
+        return {}
+    found = _beginning(_of(_parser(COMMANDS[before[0]][0]), before[0], before[1:], current), current)
+    whole = words[-1].removesuffix(current)  # of `--model=r` in one word, `--model=`
+    return {whole + word: meaning for word, meaning in found.items()} if whole.startswith("--") else found
+
+
+def _apart(words: Sequence[str]) -> list[str]:
+    """Words with `--model=rod` as bash has it, which takes `=` for a word of its own; and no more than that of it."""
+    found: list[str] = []
+    for word in words:
+        option, sign, value = word.partition("=")
+        found += [option, value] if sign and option.startswith("--") else [word]
+    last = "" if found[-1:] == ["="] else None
+    kept = [word for word in found if word != "="]
+    return kept if last is None else [*kept, last]
+
+
+def _parser(module: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(allow_abbrev=False)
+    import_module(f"softmark.interpreter.cli.commands.{module}").arguments(parser)
+    return parser
+
+
+def _of(parser: argparse.ArgumentParser, command: str, before: list[str], current: str) -> Answers:
+    """Of one command."""
+    known = {option: action for action in parser._actions for option in action.option_strings}
+    operands, options, pending = _read(before, known)
+    if pending is None and current.startswith("-") and current != "-":
+        return {option: _meaning(action) for option, action in known.items()}
+    asked = Asked(command, current, operands, options)
+    return _values(pending or _operand(parser, len(operands)), asked)
+
+
+def _read(
+    before: list[str], known: dict[str, argparse.Action]
+) -> tuple[list[str], dict[str, list[str]], argparse.Action | None]:
+    """Operands and values of options in some words, and the option whose value is due behind them."""
+    operands: list[str] = []
+    options: dict[str, list[str]] = {}
+    pending: argparse.Action | None = None
+    for word in before:
+        if pending is not None:
+            options.setdefault(pending.dest, []).append(word)
+            pending = None
+        elif word in known:
+            pending = known[word] if known[word].nargs != 0 else None
+        elif not word.startswith("-") or word == "-":
+            operands.append(word)
+    return operands, options, pending
+
+
+def _operand(parser: argparse.ArgumentParser, place: int) -> argparse.Action | None:
+    """The operand that stands at a place: the last one, if it takes several, at all others."""
+    own = [action for action in parser._actions if not action.option_strings]
+    if place < len(own):
+        return own[place]
+    return own[-1] if own and own[-1].nargs in ("+", "*") else None
+
+
+def _values(action: argparse.Action | None, asked: Asked) -> Answers:
+    if action is None:
+        return {}
+    if action.choices is not None:
+        return {str(choice): "" for choice in action.choices}
+    names = (f"{asked.command} {action.dest}", action.dest, str(action.metavar))
+    way = next((WAYS[name] for name in names if name in WAYS), None)
+    return way(asked) if way else {}
+
+
+def _meaning(action: argparse.Action) -> str:
+    return "what it takes" if action.dest == "help" else (action.help or "").replace("%%", "%").partition(";")[0]
+
+
+def _beginning(found: Answers, current: str) -> Answers:
+    return {word: meaning for word, meaning in found.items() if word.startswith(current)}

@@ -1,0 +1,76 @@
+"""What scenes there are, and what one that is named on the command line declares; it is read and not checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from softmark.grammar.tree import Declaration
+
+SUFFIX = ".scene"
+
+
+def standard() -> dict[str, str]:
+    """Scenes of the standard library."""
+    from softmark.interpreter.language.scene_sources import standard_scenes
+
+    return dict.fromkeys(standard_scenes(), "")
+
+
+def suites() -> dict[str, str]:
+    """Suites of the board that come along."""
+    from softmark.scenes import ROOT
+
+    return {file.stem: "a suite" for file in sorted((ROOT / "suites").glob("*.suite"))}
+
+
+def templates() -> dict[str, str]:
+    """Templates of `dsl new`, with their titles."""
+    from softmark.interpreter.cli.commands.new import templates
+
+    return {name: template.title for name, template in templates().items()}
+
+
+def declared(files: Sequence[str], kind: str, taken: Sequence[str] = ()) -> dict[str, str]:
+    """Names of a kind that scenes declare, and by what they are made, without those that are taken."""
+    from softmark.grammar.tree import Call, Declare
+
+    found = {}
+    for one in _declarations(files):
+        if isinstance(one, Declare) and one.kind == kind and one.name not in taken:
+            found[one.name] = one.value.function.text if isinstance(one.value, Call) else ""
+    return found
+
+
+def numbers(files: Sequence[str], current: str) -> dict[str, str]:
+    """What a value may be given for: parameters, `L=`; and behind a name with a point its fields, `rod.segments=`."""
+    from softmark.grammar.source_layout import flat
+    from softmark.grammar.tree import Param
+
+    found = {f"{one.name}=": flat(one.value) for one in _declarations(files) if isinstance(one, Param)}
+    return {**found, **_fields(files, current.partition(".")[0])} if "." in current else found
+
+
+def _fields(files: Sequence[str], name: str) -> dict[str, str]:
+    from softmark.grammar.tree import Call, Declare
+    from softmark.interpreter.validation.constructor_registry import CATALOGUE
+
+    for one in _declarations(files):
+        if isinstance(one, Declare) and one.name == name and isinstance(one.value, Call) and one.kind in CATALOGUE:
+            made = CATALOGUE.constructor(one.kind, one.value.function.text)
+            return {f"{name}.{f.name}=": f.doc for f in made.fields} if made else {}
+    return {}
+
+
+def _declarations(files: Sequence[str]) -> list[Declaration]:
+    """Of all scenes among some words; what cannot be read has none."""
+    from softmark.grammar.parser import parse
+    from softmark.interpreter.language.scene_sources import Missing, locate, read
+
+    found: list[Declaration] = []
+    for name in files:
+        with suppress(Missing, OSError):
+            found += parse(read(locate(name)))[0].declarations
+    return found

@@ -1,0 +1,108 @@
+"""What every metric keeps to."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.cli.conformance import Breach
+from softmark.interpreter.language import units
+from softmark.interpreter.metrics.curve_geometry import Course, Curve
+from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
+from softmark.interpreter.metrics.metric_evaluation import measured_by
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.references.published_values import KnownValue
+
+NOTHING, SOMETHING = 1e-12, 1e-6  # an error of what agrees is at most, of what does not at least
+
+
+def at_rest(share: float) -> AtRest:
+    """A state of rest with one support, by either name, and one load, all forces times a share."""
+    f, m = (1.0 * share, 2.0 * share, 3.0 * share), (0.1 * share, 0.2 * share, 0.3 * share)
+    return AtRest(dict.fromkeys(("hold", "wall"), Reaction(f, m, (0.0, 0.0, 0.0), m)), {"push": share}, share)
+
+
+def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
+    """A finite number with a unit or a reason; an error is zero of what agrees, more of what does not, in JSON's types.
+
+    `metric` is one of the class, `case` any case of a body.
+    """
+    try:
+        units.parse(metric.unit)
+    except units.UnitError as error:
+        yield Breach(f"its unit is {metric.unit!r}: {error}", 'units are as in scenes: "m", "1", "N*m"')
+    names = {f.name for f in dataclasses.fields(cls)}
+    told: list[float] = []
+    for seen in _seen(case, getattr(metric, "against", None) is not None):
+        found = _measured(metric, seen)
+        yield from _of_measurement(found)
+        again = _measured(metric, seen)
+        if isinstance(found, Measurement) and isinstance(again, Measurement) and not _same(found, again):
+            yield Breach(
+                f"it is {found.value!r} and then {again.value!r} of the same", "it keeps nothing between calls"
+            )
+        if isinstance(found, Measurement):
+            told.append(float(found.value))
+    if len(told) == 2 and "statistic" not in names and not (told[0] <= NOTHING and told[1] > SOMETHING):
+        yield Breach(f"against what agrees it is {told[0]:.3g}, against what does not {told[1]:.3g}",
+                     "an error is nothing where both are alike, and more elsewhere")  # fmt: skip
+
+
+def _seen(case: Case, against: bool) -> Iterator[Seen]:
+    """A line that bends, beside nothing; or beside itself and beside one that bends half as much again."""
+    X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
+    u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
+    truths = [_truth(X, u, share) for share in (1.0, 1.5)] if against else [None]
+    course, own = Course(X[:, 0], u[:, 2], ("m", "m")), Number(float(u[-1, 2]), "m")
+    for truth in truths:
+        yield Seen("m", case, X.copy(), u.copy(), known=truth, at_rest=at_rest(1.0), curve=course, number=own)
+
+
+def _truth(X: Any, u: Any, share: float) -> Known:
+    """What is known of a line, all of it times a share."""
+    v = share * u
+
+    def displacement(Y: Any) -> Any:
+        return np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0]
+
+    curve, value = Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]), KnownValue(float(v[-1, 2]), 1e-5, "a table")
+    return Known("truth", v, displacement, at_rest=at_rest(share), curve=curve, value=value)
+
+
+def _measured(metric: Any, seen: Seen) -> Any:
+    """What it makes of what it sees; what it raises is a value, too."""
+    try:
+        return measured_by(metric, seen)
+    except Undefined as why:
+        return why if why.__cause__ is None else why.__cause__
+    except Exception as error:
+        return error
+
+
+def _same(one: Measurement, other: Measurement) -> bool:
+    return bool(one.value == other.value or (np.isnan(one.value) and np.isnan(other.value)))
+
+
+def _of_measurement(found: Any) -> Iterator[Breach]:
+    if isinstance(found, Undefined):
+        if len(str(found)) <= 10:
+            yield Breach("it has no value and gives no reason", '`raise Undefined("why")` in some words')
+    elif isinstance(found, Exception):
+        yield Breach(f"it raises {type(found).__name__}: {found}", '`raise Undefined("why")` where it has no value')
+    elif not isinstance(found, Measurement):
+        yield Breach(f"`measure` gives a {type(found).__name__}", "it gives a `Measurement`")
+    else:
+        if not np.isfinite(found.value):
+            yield Breach(f"it is {found.value}", '`raise Undefined("why")` where it has no value')
+        if found.samples is not None and found.samples.ndim != 1:
+            yield Breach("its samples are no row of numbers", "`samples` is an array (n,)")
+        try:
+            json.dumps(dict(found.details), default=lambda v: v.tolist())
+        except (TypeError, ValueError, AttributeError) as error:
+            yield Breach(f"its details are none of JSON's types ({error})", "numbers, texts, lists and arrays")

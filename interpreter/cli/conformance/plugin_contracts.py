@@ -1,0 +1,96 @@
+"""All of a plugin: every class of its tables, and what of it is broken already."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from dataclasses import replace
+from pathlib import Path
+from sys import stderr
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.cli.conformance import Breach
+from softmark.interpreter.language.field_schema import Constructor, Vocabulary
+from softmark.interpreter.language.plugin_words import Plugin, told
+from softmark.interpreter.validation.constructor_registry import vocabulary_with
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Conformance:
+    """What came of it: `diagnostics` say what breaks a contract, each at its place, `words` what was tried."""
+
+    diagnostics: tuple[Diagnostic, ...]
+    words: tuple[str, ...]
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing breaks a contract; what could not be tried does not."""
+        return not any(d.code != "W732" for d in self.diagnostics)
+
+
+def conformance(file: str) -> Conformance:
+    """A plugin by its file or name through the contracts of its words; nothing that it does is raised."""
+    vocabulary, found = vocabulary_with((file,))
+    if not vocabulary.plugins:
+        return Conformance(tuple(found), ())
+    plugin, tried = vocabulary.plugins[0], []
+    found = [*plugin.doubts]
+    source = _source(plugin)
+    for one, breaches in _tried(plugin, vocabulary):
+        tried.append(one)
+        found += dict.fromkeys(_said(source, plugin, one, b) for b in breaches)
+    return Conformance(tuple(found), tuple(tried))
+
+
+def _tried(plugin: Plugin, vocabulary: Vocabulary) -> Iterator[tuple[str, list[Breach]]]:
+    """Every word, as `metric sway`, and what breaks its contract."""
+    from softmark.interpreter.cli.conformance import trial_scenes
+    from softmark.interpreter.models.external.adapters import PLUGGED
+
+    folder = Path(plugin.file).parent
+    for kind, table in plugin.words.items():
+        for name in table:
+            word = vocabulary.constructor(kind, name)
+            assert word is not None
+            yield f"{kind} {name}", _of(word, plugin, folder)
+    for name in (n for all_ in plugin.choices.values() for n in all_):
+        made = lambda name=name: trial_scenes.of_adapter(name, *PLUGGED[name], folder, (plugin.asked,))  # noqa: E731
+        yield f"adapter {name}", _kept(made)
+
+
+def _of(word: Constructor, plugin: Plugin, folder: Path) -> list[Breach]:
+    from softmark.interpreter.cli.conformance import trial_scenes
+    from softmark.interpreter.cli.conformance.word_contracts import of_word
+
+    found = _kept(lambda: of_word(word.cls, word.kind, word.name))
+    trial = trial_scenes.Trial(word, trial_scenes.call_of(word, plugin.examples), folder, (plugin.asked,))
+    return [*found, *_kept(lambda: trial_scenes.of_trial(trial))]
+
+
+def _kept(made: Any) -> list[Breach]:
+    """What breaks a contract; what it raises is a breach, too, and what it prints goes to standard error."""
+    try:
+        with redirect_stdout(stderr):
+            return list(made())
+    except Exception as error:
+        return [Breach(f"trying it stops: {told(error)}", "refuse what it does not take, in words")]
+
+
+def _source(plugin: Plugin) -> Source:
+    return Source(plugin.name, Path(plugin.file).read_text(encoding="utf-8", errors="replace"))
+
+
+def _said(source: Source, plugin: Plugin, one: str, breach: Breach) -> Diagnostic:
+    """At the class, or else at the top of the file."""
+    from softmark.interpreter.validation.plugin_loader import Read
+
+    kind, _, name = one.partition(" ")
+    cls = plugin.words.get(kind, {}).get(name)
+    classes = [n for n in ast.parse(source.text).body if isinstance(n, ast.ClassDef) and cls and n.name == cls.__name__]
+    code, verb = ("W732", "was not tried") if breach.untried else ("E732", "breaks a contract")
+    read = Read(plugin.asked, source, plugin.file, "")
+    line = classes[0].lineno if classes else 1
+    return replace(read.doubt(code, "", line, one, breach.remedy), message=f"`{one}` {verb}: {breach.what}")

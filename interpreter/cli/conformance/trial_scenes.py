@@ -1,0 +1,332 @@
+"""A scene for each word: it is refused in words or computed, and never an exception or no number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.cli.conformance import Breach
+from softmark.interpreter.cli.conformance.law_contracts import of_law
+from softmark.interpreter.cli.conformance.metric_contracts import of_metric
+from softmark.interpreter.cli.conformance.word_contracts import of_text
+from softmark.interpreter.help.constructor_examples import example
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.field_schema import Constructor
+from softmark.interpreter.language.plugin_words import blamed, told
+from softmark.interpreter.problem.body_case import Fault, case_for, case_of
+from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
+from softmark.interpreter.validation.scene_loader import checked
+from softmark.records import dataclass
+
+GEL = "neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
+BOX = "box(size = (40, 20, 20) mm, origin = (0, -10, -10) mm)"
+CELLS = "fem(hex8, strain = corotational, size = 10 mm)"
+WEIGHT = "gravity(1 m/s^2)"
+CLAMP = "support wall = fixed(bar, where = x <= 0 mm)\n"
+LOOK = "probe tip = point(bar, at = (40, 0, 0) mm)\n"
+LOADED = {  # one of each, as a scene has it; a new word needs none of these to be checked by itself
+    "gravity": WEIGHT,
+    "tension": "tension(bar, where = x >= 40 mm, magnitude = 1 Pa, direction = +x)",
+    "traction": "traction(bar, where = x >= 40 mm, vector = (0, 0, -1) Pa)",
+    "pressure": "pressure(bar, where = z >= 10 mm, magnitude = 1 Pa)",
+    "point_force": "point_force(bar, at = (40, 0, 0) mm, vector = (0, 0, -0.1) mN)",
+    "torque": "torque(bar, where = x >= 40 mm, moment = (0, 0, 1) uN*m)",
+    "line_load": "line_load(bar, from = (0, 0, 0) mm, to = (40, 0, 0) mm, vector = (0, 0, -1) mN/m)",
+    "tendon": "tendon(bar, from = (0, 0, 5) mm, to = (40, 0, 5) mm, tension = 0.1 mN)",
+}
+MOTIONS = {"rest": "", "motion": "analysis a = dynamic(duration = 2 ms, step = 1 ms)\n"}
+NAMES = {  # of explained examples: what they are called here
+    "NAME_OF_BODY": "bar", "NAME_OF_PROBE": "tip", "NAME_OF_REFERENCE": "truth", "NAME_OF_MODEL": "cells",
+    "NAME_OF_SUPPORT": "wall", "NAME_OF_LOAD": "push", "NAME_OF_MATERIAL": "gel", "NAME_OF_METRIC": "sag",
+    "NAME_OF_ANOTHER_METRIC": "sag",
+}  # fmt: skip
+GIVE = 'give a call that fits a beam of 40 mm along x: `SOFTMARK = {..., "examples": {"word": "word(...)"}}`'
+BEAMS = ((GEL, WEIGHT), (GEL.replace("0.3", "0"), "gravity(1 m/s^2, direction = +x)"))  # that theories are asked about
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A word with a call of it, and the plugin that has it: scenes are made of these."""
+
+    word: Constructor
+    call: str
+    folder: Path
+    plugins: tuple[str, ...] = ()
+
+    def scene(self, **other: str) -> tuple[Scene | None, list[Diagnostic]]:
+        """The contract's scene, with some of its lines otherwise; None where it is in error, and the errors."""
+        lines = {"gel": GEL, "box": BOX, "push": WEIGHT, "model": CELLS, "more": "", "motion": ""} | other
+        return self._checked(
+            f"material gel = {lines['gel']}\nbody bar = solid({lines['box']}, gel)\n"
+            f"{CLAMP}{LOOK}load push = {lines['push']}\nmodel cells = {lines['model']}\n"
+            f"metric sag = displacement(tip, along = -z)\n{lines['motion']}{lines['more']}"
+        )
+
+    def body(self) -> tuple[Scene | None, list[Diagnostic]]:
+        """A body of its shape, of which nothing is asked; None where it is in error, and the errors."""
+        return self._checked(f"material gel = {GEL}\nbody bar = solid({self.call}, gel)\n")
+
+    def _checked(self, lines: str) -> tuple[Scene | None, list[Diagnostic]]:
+        source = Source("contract", f'softmark 1\nscene "contract"\n{lines}')
+        scene, found = checked(source, self.folder, self.folder / "contract.scene", plugins=self.plugins)
+        return scene, [d for d in found if d.severity == "error"]
+
+
+def call_of(word: Constructor, given: Mapping[str, str]) -> str:
+    """A call of a word for the contract's scene: as its plugin gives one, or made of samples of its fields."""
+    call = given.get(word.name) or example(word)
+    return re.sub("|".join(sorted(NAMES, key=len, reverse=True)), lambda m: NAMES[m[0]], call)
+
+
+def of_trial(trial: Trial) -> Iterator[Breach]:
+    """What goes wrong in scenes with a word of its kind."""
+    found: list[Breach] = []
+    try:
+        found += _KINDS[trial.word.kind](trial)
+    except Exception as error:
+        what = blamed(error) or told(error)
+        found.append(Breach(f"a scene with it stops: {what}", "refuse what it does not take, in words"))
+    yield from found
+
+
+def _refused(errors: Sequence[Diagnostic], trial: Trial) -> Breach:
+    first = errors[0]
+    return Breach(f"`{trial.call}` is refused ({first.code}): {first.message}", GIVE, untried=True)
+
+
+def _computed(trial: Trial, scene: Scene) -> Iterator[Breach]:
+    """Run twice: an answer or a reason, finite, the same."""
+    from softmark.interpreter.pipeline.run_pipeline import Options, run
+
+    first, again = (run(scene, (), Options(draw=False, only=("cells",))) for _ in range(2))
+    model, other = first.models["cells"], again.models["cells"]
+    if model.status not in ANSWERED:
+        untried = model.status in LEFT_OUT
+        yield Breach(f"the scene with it is {model.status.replace('_', ' ')}: {model.message}",
+                     "a beam of 40 mm that hangs by one end has an answer", untried)  # fmt: skip
+        return
+    for name, result in model.metrics.items():
+        if result.value is None and (result.reason or "").startswith("the plugin"):
+            yield Breach(f"`{name}`: {result.reason}", '`raise Undefined("why")` where it has no value')
+        if result.value != other.metrics[name].value:
+            yield Breach(f"`{name}` is {result.value!r} and then {other.metrics[name].value!r}", "keep nothing between "
+                         "solutions, and draw nothing by chance")  # fmt: skip
+
+
+# ------------------------------------------------------------------ by kind
+
+
+def _material(trial: Trial) -> Iterator[Breach]:
+    from softmark.solvers.materials import NoFiniteLaw, law_for
+
+    for strain in ("finite", "corotational"):
+        scene, errors = trial.scene(gel=trial.call, model=CELLS.replace("corotational", strain))
+        if scene is not None:
+            break
+    if scene is None:
+        yield _refused(errors, trial)
+        return
+    thing = scene.declared["gel"].thing
+    yield from of_text(thing)
+    names = {f.name for f in trial.word.fields}
+    unit = replace(thing, young=1.0) if "young" in names else thing
+    try:
+        law = law_for(unit, "finite")
+    except NoFiniteLaw:
+        yield from _computed(trial, scene)
+        return
+    mu, lam = unit.shear_modulus, unit.lame_lambda
+    if np.isfinite(lam):
+        yield from of_law(
+            law if mu < 10.0 else _Scaled(law, mu), mu if mu < 10.0 else 1.0, lam if mu < 10.0 else lam / mu
+        )
+    yield from _computed(trial, scene)
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """A law in units of its shear modulus."""
+
+    law: Any
+    mu: float
+
+    def psi(self, F: Any) -> Any:
+        """1."""
+        return self.law.psi(F) / self.mu
+
+    def P(self, F: Any) -> Any:
+        """1."""
+        return self.law.P(F) / self.mu
+
+    def dPdF(self, F: Any) -> Any:
+        """1."""
+        return self.law.dPdF(F) / self.mu
+
+
+def _read(trial: Trial, name: str, **lines: str) -> Generator[Breach, None, Scene | None]:
+    """The scene with these lines, if it takes the word, which it has by a name; its text is tried."""
+    scene, errors = trial.scene(**lines)
+    if scene is None:
+        yield _refused(errors, trial)
+        return None
+    yield from of_text(scene.declared[name].thing)
+    return scene
+
+
+def _load(trial: Trial) -> Iterator[Breach]:
+    from softmark.interpreter.models.shared.model_declaration import Model
+
+    scene = yield from _read(trial, "push", push=trial.call)
+    if scene is None:
+        return
+    push = scene.declared["push"].thing
+    if push.strength not in {f.attribute for f in trial.word.fields}:
+        yield Breach(f"its `strength` is {push.strength!r}, which is no field", "the field that says how much it is")
+        return
+    if not isinstance(push.action, Model.loads):
+        yield Breach(f"it acts as {type(push.action).__name__}", "most models refuse it", untried=True)
+        return
+    whole, half = (vars(one.action) for one in (push, push.part(0.5)))
+    changed = [n for n in whole if whole[n] != half[n]]
+    if not changed or not all(np.allclose(half[n], 0.5 * np.array(whole[n]), 1e-12, atol=0.0) for n in changed):
+        yield Breach("half of it does not act half as much", "`action` is proportional to its `strength`")
+    yield from _computed(trial, scene)
+
+
+def _probe(trial: Trial) -> Iterator[Breach]:
+    lines = f"probe one = {trial.call}\nmetric own = displacement(one, along = -z)\n"
+    scene = yield from _read(trial, "one", more=lines)
+    if scene is None:
+        return
+    X = np.array(scene.declared["one"].thing.stations, dtype=np.float64)
+    if X.ndim != 2 or X.shape[1] != 3 or not len(X) or not np.isfinite(X).all():
+        yield Breach(f"its stations are {X.shape}", "points as (x, y, z) in m, at least one")
+        return
+    yield from _computed(trial, scene)
+
+
+def _metric(trial: Trial) -> Iterator[Breach]:
+    lines = f"reference truth = small_deflection(bar)\nmetric one = {trial.call}\n"
+    scene = yield from _read(trial, "one", more=lines)
+    if scene is None:
+        return
+    broken = list(of_metric(trial.word.cls, scene.declared["one"].thing, case_of(scene, "bar")))
+    yield from broken or _computed(trial, scene)
+
+
+def _reference(trial: Trial) -> Iterator[Breach]:
+    from softmark.interpreter.problem.theory_problems import solved
+
+    why = ""
+    for gel, push in BEAMS:
+        scene, errors = trial.scene(gel=gel, push=push, more=f"reference one = {trial.call}\n")
+        if scene is None:
+            why = errors[0].message
+            continue
+        declared = scene.declared["one"]
+        yield from of_text(declared.thing)
+        if declared.thing.how == "measured":
+            yield from _measured(declared.thing)
+            return
+        case, X = case_for(scene, declared), np.array([[0.0, 0.0, 0.0], [0.02, 0.005, 0.0], [0.04, 0.0, -0.01]])
+        try:
+            first, again = (solved(declared, case) for _ in range(2))
+        except Fault as fault:
+            why = fault.diagnostic.message
+            continue
+        yield from _theory(first, again, X)
+        return
+    yield Breach(f"it holds for neither beam that it was tried on: {why}", "try it in a scene of its own", untried=True)
+
+
+def _theory(first: Any, again: Any, X: Any) -> Iterator[Breach]:
+    u, v = np.asarray(first.displacement(X)), np.asarray(again.displacement(X))
+    if u.shape != X.shape or not np.isfinite(u).all():
+        yield Breach(f"its displacements of 3 points are {u.tolist()}", "finite numbers (n, 3), m")
+    elif not np.array_equal(u, v):
+        yield Breach("solved twice it is another", "keep nothing between solutions")
+    if not (np.isfinite(first.estimated_error) and first.estimated_error >= 0.0):
+        yield Breach(f"its estimated error is {first.estimated_error}", "how far off it may be, m")
+
+
+def _measured(thing: Any) -> Iterator[Breach]:
+    from softmark.references.measured_curve import MeasuredCurve
+    from softmark.references.measured_data import MeasuredPoints, MeasuredSurface
+    from softmark.references.published_values import KnownValue
+
+    kinds = (MeasuredCurve, MeasuredPoints, MeasuredSurface, KnownValue)
+    if not isinstance(found := thing.load(), kinds):
+        words = ", ".join(k.__name__ for k in kinds)
+        yield Breach(f"`load` gives a {type(found).__name__}", f"it gives one of {words}")
+
+
+def _model(trial: Trial) -> Iterator[Breach]:
+    taken = 0
+    for load, push in LOADED.items():
+        for motion, line in MOTIONS.items():
+            scene, errors = trial.scene(model=trial.call, push=push, motion=line)
+            if scene is None:
+                if any(not d.message or d.span is None for d in errors):
+                    yield Breach(
+                        f"it refuses {load} in {motion} without a place", "`diagnostic(code, declared.at(), ...)`"
+                    )
+                continue
+            taken += 1
+            outline = scene.declared["cells"].thing.outline(case_for(scene, scene.declared["cells"]))
+            if len(outline) <= 5 or "\n" in outline:
+                yield Breach(f"its outline is {outline!r}", "what will be built, on one line")
+            yield from _computed(trial, scene)
+    if not taken:
+        yield _refused(errors, trial)
+
+
+def _shape(trial: Trial) -> Iterator[Breach]:
+    from softmark.references.surface_geometry import signed_volume
+
+    scene, errors = trial.body()
+    if scene is None:
+        yield _refused(errors, trial)
+        return
+    shape = scene.declared["bar"].thing.shape
+    yield from of_text(shape)
+    size = max(0.005, (shape.diagonal or float(np.linalg.norm(np.ptp(shape.surface(0.005)[0], axis=0)))) / 10.0)
+    mesh = shape.mesh("tet4", size)
+    inside, volume = signed_volume(*shape.surface(size)), float(mesh.volumes.sum())
+    if not np.isclose(inside, volume, rtol=1e-6):
+        yield Breach(f"its surface encloses {inside:.6g} m^3, its cells are {volume:.6g}", "closed, normals outward")
+
+
+_KINDS: Mapping[str, Callable[[Trial], Iterator[Breach]]] = {
+    "material": _material,
+    "load": _load,
+    "probe": _probe,
+    "metric": _metric,
+    "reference": _reference,
+    "model": _model,
+    "shape": _shape,
+}
+
+
+def of_adapter(word: str, program: Any, module: Any, folder: Path, plugins: tuple[str, ...]) -> Iterator[Breach]:
+    """Of a program: it is installed or says how to, and its answer of a small problem is an equilibrium of ours."""
+    from softmark.interpreter.validation.constructor_registry import CATALOGUE
+
+    if not isinstance(module.install, str) or len(module.install) < 4:
+        yield Breach("`install` does not say how to install it", "some words, such as `pip install ...`")
+    if module.version() is None:
+        yield Breach(f"it is not installed here: {module.install}", "install it to try it", untried=True)
+        return
+    strain, laws = next(iter(program.laws.items()))
+    law, outside = CATALOGUE.constructor("material", laws[0]), CATALOGUE.constructor("model", "outside")
+    assert law is not None
+    assert outside is not None
+    call = f"outside({word}, element = {program.elements[0]}, strain = {strain}, size = 10 mm)"
+    trial = Trial(outside, call, folder, plugins)
+    scene, errors = trial.scene(gel=example(law), model=call)
+    yield from [_refused(errors, trial)] if scene is None else _computed(trial, scene)

@@ -1,0 +1,47 @@
+"""The reference of every message: the pages of the codes, together by their hundreds."""
+
+from __future__ import annotations
+
+import re
+
+from softmark.interpreter.documentation.docstring_markdown import fenced
+from softmark.interpreter.help.codes import Page
+from softmark.interpreter.help.codes import pages as codes
+
+FOLDER = "messages"
+GROUPS = {  # the name of a page: which codes, and its title
+    "text": ("[EW]1", "1: the text"),
+    "names": ("[EW]2", "2: names, units, dimensions"),
+    "values": ("E3", "3: values that cannot be"),
+    "doubts": ("W3", "3: doubts about values and answers"),
+    "files": ("[EW]4", "4: files"),
+    "models": ("[EW]5", "5: models and references"),
+    "contact": ("[EW]6", "6: contact and studies"),
+    "others": ("[EW]7", "7: results, plugins, other programs"),
+}
+FENCE = re.compile(r"^```(wrong|right)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SIGN = "# Messages\n\nWhat `dsl explain CODE` prints. `E` is an error, with which nothing runs; `W` is a warning."
+
+
+def pages() -> dict[str, str]:
+    """Markdown by the name of its file."""
+    tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *GROUPS, "```"])
+    found = {f"{FOLDER}/{name}.md": _group(*group) for name, group in GROUPS.items()}
+    return {f"{FOLDER}/index.md": f"{SIGN}\n\n{tree}\n", **found}
+
+
+def _group(which: str, title: str) -> str:
+    own = [page for code, page in codes().items() if re.match(which, code)]
+    return "\n\n".join([f"# {title}", *(_section(page) for page in own)]) + "\n"
+
+
+def _section(page: Page) -> str:
+    """A code's page as a section: its examples are scenes, one that gives the message and one that does not."""
+    title, _, text = page.text.partition("\n")
+    body = FENCE.sub(lambda m: f"*{m[1].capitalize()}*\n\n{_example(m[1], m[2])}", text.strip())
+    return f"```{{message}} {page.code}\n```\n\n#{title}\n\n{body}"
+
+
+def _example(which: str, scene: str) -> str:
+    """A scene in colours; one that is wrong may have what is no word."""
+    return fenced("{code-block} scene", f":force:\n\n{scene}") if which == "wrong" else fenced("scene", scene)

@@ -1,0 +1,171 @@
+"""The gallery: every shipped scene with a picture, its numbers and its text.
+
+Nothing is computed when the pages are built: `python tests/benchmarks/gallery.py` runs the scenes and leaves their
+numbers in `gallery.json` and a picture of each in `pictures/gallery/`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from softmark.interpreter.documentation.docstring_markdown import escaped, fenced, folded
+from softmark.interpreter.language.number_formatting import negligible, quantity
+from softmark.interpreter.language.scene_sources import standard_scenes
+
+ROOM = Path(__file__).parent
+NUMBERS = ROOM / "gallery.json"
+PICTURES = ROOM / "pictures" / "gallery"
+
+FOLDER = "gallery"
+SIGN = """# Gallery
+
+Every scene that comes along, as it was run: a picture, its numbers, what they are held against, and its text.
+`dsl run NAME` runs it here, with a report of all of it that turns."""
+STALE = """:::{warning}
+The text of this scene has changed since these numbers were taken.
+:::"""
+QUIET = ("converged", "read")  # what is not worth a word
+
+Json = dict[str, Any]
+
+
+def known() -> dict[str, Json]:
+    """What is kept of the scenes, by their names."""
+    return dict(json.loads(NUMBERS.read_text(encoding="utf-8"))) if NUMBERS.is_file() else {}
+
+
+def text_hash(name: str) -> str:
+    """What says whether the numbers of a scene are those of its text."""
+    return hashlib.sha256(standard_scenes()[name].read_bytes()).hexdigest()
+
+
+def pages() -> dict[str, str]:
+    """Markdown by the name of its file: an overview with a card for each scene, and a page for each folder of them."""
+    folders: dict[str, list[str]] = {}
+    for name, file in standard_scenes().items():
+        folders.setdefault(file.parent.name, []).append(name)
+    kept = known()
+    tree = "\n".join(["```{toctree}", ":maxdepth: 1", "", *folders, "```"])
+    cards = [f"## {folder.capitalize()}\n\n{_cards(folder, names, kept)}" for folder, names in folders.items()]
+    overview = "\n\n".join([SIGN, tree, *cards]) + "\n"
+    own = {f"{FOLDER}/{f}.md": _page(f, names, kept) for f, names in folders.items()}
+    return {f"{FOLDER}/index.md": overview, **own}
+
+
+def _cards(folder: str, names: list[str], kept: dict[str, Json]) -> str:
+    inside = [f":::{{container}} card\n{_card(folder, name, kept.get(name))}\n:::" for name in names]
+    return "\n".join(["::::{container} cards", *inside, "::::"])
+
+
+def _card(folder: str, name: str, record: Json | None) -> str:
+    place = f"{folder}.md#{name}"
+    picture = f"[![]({_picture(name)})]({place})\n\n" if record and record["picture"] else ""
+    words = escaped(record["title"]) if record else ""
+    return f"{picture}[`{name}`]({place}) {words}"
+
+
+def _picture(name: str) -> str:
+    return f"../{PICTURES.relative_to(ROOM).as_posix()}/{name}.png"
+
+
+def _page(folder: str, names: list[str], kept: dict[str, Json]) -> str:
+    return "\n\n".join([f"# {folder.capitalize()}", *(section(name, kept.get(name)) for name in names)]) + "\n"
+
+
+def section(name: str, record: Json | None) -> str:
+    """One scene: what it looks like, what came out, what it is held against, and its text."""
+    file = standard_scenes()[name]
+    text = file.read_text(encoding="utf-8")
+    head = [f"```{{scene}} {name}\n```", f"## `{name}`"]
+    if record is None:
+        return "\n\n".join([*head, "Nobody has run it for these pages yet.", folded("Its text", fenced("scene", text))])
+    stale = [STALE] if record["sha256"] != text_hash(name) else []
+    picture = (
+        [f"![{_caption(record)}]({_picture(name)})", f"{{.facts}}\n{_caption(record)}"] if record["picture"] else []
+    )
+    return "\n\n".join(
+        [
+            *head, f"**{escaped(record['title'])}**", *stale, *picture, _verdict(name, record), _table(record),
+            *_said(record), folded("What it expects", _expectations(record)),
+            folded("Its text", fenced("scene", text)),
+        ]
+    )  # fmt: skip
+
+
+def _caption(record: Json) -> str:
+    """What the picture shows, in words."""
+    shown = record["picture"]
+    if "curve" in shown:
+        return f"`{shown['curve']}` over the states: {', '.join(f'`{n}`' for n in shown['of'])}."
+    names = ", ".join(f"`{n}`" for n in shown["shapes"])
+    if (colour := shown["colour"]) is None:
+        return f"{names}."
+    ends = [quantity(colour[end], colour["unit"], 3, percent=True) for end in ("low", "high")]
+    return f"{names}. Colour: {colour['words']}, from {ends[0]} to {ends[1]}."
+
+
+def _verdict(name: str, record: Json) -> str:
+    judged = [e for e in record["expectations"] if not e["left_out"]]
+    met = sum(e["verdict"] == "met" for e in judged)
+    said = f"all {met} expectations met" if met == len(judged) else f"{met} of {len(judged)} expectations met"
+    return f"`dsl run {name}`: {said}; {_seconds(record['seconds'])} of CPU, softmark {record['softmark']}."
+
+
+def _seconds(seconds: float | None) -> str:
+    if seconds is None:
+        return ""
+    return quantity(seconds, "s", 3) if seconds >= 1e-3 else "below 1\u00a0ms"
+
+
+def _table(record: Json) -> str:
+    """Models and references by metrics, or the other way round, so that it is longer than wide."""
+    references = {f"({n})": r for n, r in record["references"].items() if r["metrics"]}
+    everyone = {**record["models"], **references}
+    measured = [item for own in everyone.values() for item in own["metrics"].items()]
+    clocked = {m for m, found in measured if found.get("clock")}  # in real time: of one machine alone
+    metrics = [m for m in dict.fromkeys(m for m, _ in measured) if m not in clocked]
+    columns = {
+        f"`{m}`": [_cell(own["metrics"].get(m), _largest(everyone, m)) for own in everyone.values()] for m in metrics
+    }
+    columns["CPU time"] = [_seconds(own.get("cpu")) for own in everyone.values()]
+    columns[""] = ["" if own["status"] in QUIET else own["status"] for own in everyone.values()]
+    told = {head: column for head, column in columns.items() if any(column)}
+    names = [f"`{n}`" for n in everyone]
+    if len(metrics) > len(everyone):
+        return _grid(["", *names], [[head, *column] for head, column in told.items()])
+    return _grid(["", *told], [list(row) for row in zip(names, *told.values(), strict=True)])
+
+
+def _largest(everyone: dict[str, Json], metric: str) -> float:
+    own = (r["metrics"].get(metric, {}).get("value") for r in everyone.values())
+    return max((abs(v) for v in own if v is not None), default=0.0)
+
+
+def _cell(found: Json | None, largest: float) -> str:
+    if found is None or found["value"] is None:
+        return "" if found is None else "–"
+    value, unit = found["value"], found["unit"]
+    return "0" if negligible(value, largest, unit) else quantity(value, unit, 4, percent=True)
+
+
+def _grid(head: list[str], rows: list[list[str]]) -> str:
+    ruled = ["---", *["---:"] * (len(head) - 1)]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruled, *rows))
+
+
+def _said(record: Json) -> list[str]:
+    """What each model is, and what each reference is and where it comes from."""
+    models = [f"`{n}`\n: {escaped(m['outline'])}" for n, m in record["models"].items()]
+    references = [
+        f"`{n}`\n: {escaped(', '.join(w for w in (r['kind'], r['means']) if w))}. {escaped(r['source'])}"
+        for n, r in record["references"].items()
+    ]
+    return [":::{container} words", *models, *references, ":::"]
+
+
+def _expectations(record: Json) -> str:
+    said = {"met": "met", "not_met": "**not met**", "cannot_tell": "not judged"}
+    return "\n".join(f"- `{e['text']}`: {said[e['verdict']]}" for e in record["expectations"]) or "Nothing."

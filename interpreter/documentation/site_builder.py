@@ -1,0 +1,140 @@
+"""The pages as a site of files: sources put together, and Sphinx over them. Needs the extra `docs`.
+
+`site()` keeps what it has built under a digest of all sources, so that it is built once for each version.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+from softmark.records import dataclass
+
+ROOM = Path(__file__).parent
+OTHERS = "reference/others.md"
+NEEDED = ("sphinx", "myst_parser", "furo")
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of what Sphinx says
+INSTALL = 'pip install "softmark[docs]"'
+
+
+class Unavailable(Exception):
+    """The pages cannot be built here; the text says why, and what helps."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A site: its folder, whether it was there already, and what Sphinx warned of."""
+
+    folder: Path
+    kept: bool
+    warnings: tuple[str, ...] = ()
+
+
+def sources() -> dict[str, bytes]:
+    """Every file that Sphinx reads, by its path: pages that were written, and those that are made."""
+    from softmark.interpreter.documentation import foreign_word_pages, message_reference, scene_gallery, word_reference
+
+    written = {f.relative_to(ROOM).as_posix(): f.read_bytes() for f in _written()}
+    made = {
+        **word_reference.pages(),
+        OTHERS: foreign_word_pages.page(),
+        **message_reference.pages(),
+        **scene_gallery.pages(),
+    }
+    return written | {path: text.encode() for path, text in made.items()}
+
+
+def _written() -> Iterator[Path]:
+    yield from sorted(f for f in ROOM.glob("*.md") if f.name != "README.md")
+    yield from sorted(f for f in (ROOM / "pictures").rglob("*.*"))
+    yield from sorted((ROOM / "_static").glob("*.css"))
+
+
+def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
+    """Build the site of these sources into a folder; what Sphinx warned of. Raises Unavailable without the extra."""
+    available()
+    from sphinx.application import Sphinx
+    from sphinx.util.docutils import docutils_namespace
+
+    from softmark.interpreter.documentation.sphinx_settings import SETTINGS
+
+    warned = io.StringIO()
+    with tempfile.TemporaryDirectory() as scratch, docutils_namespace():
+        source = Path(scratch) / "source"
+        for path, data in found.items():
+            (source / path).parent.mkdir(parents=True, exist_ok=True)
+            (source / path).write_bytes(data)
+        app = Sphinx(
+            source,
+            None,
+            folder,
+            Path(scratch) / "doctrees",
+            "html",
+            confoverrides=SETTINGS,
+            status=None,
+            warning=warned,
+        )
+        app.build()
+    said = COLOUR.sub("", warned.getvalue()).replace(str(source) + os.sep, "")
+    return tuple(line for line in said.splitlines() if line.strip())
+
+
+def available() -> None:
+    """Raises Unavailable without the extra, with the way to it."""
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        raise Unavailable(f"the pages are built by Sphinx, and {' and '.join(missing)} is not installed: {INSTALL}")
+
+
+def digest(found: dict[str, bytes]) -> str:
+    """What names a site: its sources, and the versions of what builds it."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    told = hashlib.sha256()
+    for name in NEEDED:
+        try:
+            told.update(f"{name} {version(name.replace('_', '-'))}\n".encode())
+        except PackageNotFoundError:
+            continue
+    for code in (ROOM / name for name in ("sphinx_settings.py", "sphinx_extension.py", "mathml.py")):
+        told.update(code.read_bytes())
+    for path in sorted(found):
+        told.update(path.encode() + b"\0" + found[path] + b"\0")
+    return told.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """Where sites are kept: $XDG_CACHE_HOME/softmark/docs. Raises Unavailable without a cache and a home."""
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softmark" / "docs"
+    except RuntimeError as error:
+        raise Unavailable("there is no home folder to keep the pages in; `--out DIR` says where") from error
+
+
+def site(before: Callable[[], None] = lambda: None) -> Built:
+    """The site of this version, built where it is not there yet, after `before`; those of other versions are removed.
+
+    Raises Unavailable without the extra, OSError where nothing can be written.
+    """
+    found = sources()
+    home = cache_folder()
+    folder = home / digest(found)
+    if (folder / "index.html").is_file():
+        return Built(folder, True)
+    available()
+    before()
+    home.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=home) as scratch:
+        warnings = build(Path(scratch) / "site", found)
+        shutil.rmtree(folder, ignore_errors=True)
+        (Path(scratch) / "site").rename(folder)
+    for other in home.iterdir():
+        if other != folder and other.is_dir():
+            shutil.rmtree(other, ignore_errors=True)
+    return Built(folder, False, warnings)

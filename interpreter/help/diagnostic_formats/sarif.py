@@ -1,0 +1,111 @@
+"""Diagnostics as SARIF 2.1.0 (OASIS, errata 01), which code scanning reads: a rule for each code that occurs.
+
+Columns count code points, as ours do; files are named from the root of the sources, `%SRCROOT%`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+from urllib.parse import quote
+
+from softmark import __version__
+from softmark.grammar.diagnostic import Diagnostic, Second, encodable
+from softmark.grammar.tree import Span
+from softmark.interpreter.help.codes import pages
+from softmark.interpreter.help.diagnostic_formats import Told
+from softmark.interpreter.help.diagnostic_formats.repository_locations import (
+    Located,
+    is_file,
+    located,
+    path_of,
+    unique,
+    words,
+)
+from softmark.interpreter.help.suggested_fixes import replacement
+
+SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+ROOT = "%SRCROOT%"
+
+
+def render(told: Sequence[Told]) -> str:
+    """One document, with one run."""
+    found = unique(told)
+    codes = sorted({t.diagnostic.code for t in found})
+    run = {
+        "tool": {"driver": {"name": "softmark", "version": __version__, "rules": [_rule(code) for code in codes]}},
+        "columnKind": "unicodeCodePoints",
+        "originalUriBaseIds": {ROOT: {"description": {"text": "The root of the sources."}}},
+        "results": [_result(t, codes.index(t.diagnostic.code)) for t in found],
+    }
+    return json.dumps({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}, indent=1, ensure_ascii=False) + "\n"
+
+
+def _rule(code: str) -> dict[str, Any]:
+    """The page of a code."""
+    page = pages()[code]
+    level = "error" if code.startswith("E") else "warning"
+    return {
+        "id": code,
+        "shortDescription": {"text": f"{page.title[:1].upper()}{page.title[1:]}."},
+        "fullDescription": {"text": page.text.split("\n\n")[1].replace("\n", " ")},
+        "help": {"text": page.text, "markdown": page.text},
+        "defaultConfiguration": {"level": level},
+    }
+
+
+def _result(told: Told, rule: int) -> dict[str, Any]:
+    d = told.diagnostic
+    own: dict[str, Any] = {
+        "ruleId": d.code,
+        "ruleIndex": rule,
+        "level": d.severity,
+        "message": {"text": words(d)},
+        "locations": [{"physicalLocation": _place(located(told))}],
+    }
+    if related := [_related(i, s) for i, s in enumerate(d.also, 1) if is_file(s.source)]:
+        own["relatedLocations"] = related
+    if fix := _fix(d):
+        own["fixes"] = [fix]
+    return own
+
+
+def _place(place: Located) -> dict[str, Any]:
+    own: dict[str, Any] = {"artifactLocation": _artifact(place.path)}
+    return own | {"region": _region(place.span) if place.span else {"startLine": 1}}
+
+
+def _artifact(path: str) -> dict[str, str]:
+    if path.startswith("/"):
+        return {"uri": f"file://{quote(path)}"}
+    drive = ":" in path.split("/", 1)[0]  # `C:/...` of Windows is outside the root as well; a name may have a colon
+    return {"uri": f"file:///{quote(path)}"} if drive and path[1:3] == ":/" else {"uri": quote(path), "uriBaseId": ROOT}
+
+
+def _region(span: Span) -> dict[str, int]:
+    return {
+        "startLine": span.line,
+        "startColumn": span.column,
+        "endLine": span.end_line,
+        "endColumn": span.end_column,
+    }
+
+
+def _related(i: int, second: Second) -> dict[str, Any]:
+    place = _place(Located(path_of(second.source.name), second.span))
+    return {"id": i, "physicalLocation": place, "message": {"text": encodable(second.label)}}
+
+
+def _fix(d: Diagnostic) -> dict[str, Any] | None:
+    """What its help names, where that is a text in place of another."""
+    found = replacement(d)
+    if found is None or d.source is None or not is_file(d.source):
+        return None
+    span, text = found
+    change = {"deletedRegion": _region(span), "insertedContent": {"text": text}}
+    file = _artifact(path_of(d.source.name))
+    return {
+        "description": {"text": encodable(d.help)},
+        "artifactChanges": [{"artifactLocation": file, "replacements": [change]}],
+    }

@@ -1,0 +1,37 @@
+"""What is said of a name that the language does not have."""
+
+from __future__ import annotations
+
+import re
+
+from softmark.interpreter.help.reserved_words import CALLS, PLAIN, RESERVED
+from softmark.interpreter.language import foreign_aliases, units
+from softmark.interpreter.language.foreign_words import meaning, slip
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+
+
+def hint(name: str) -> str:
+    """What is to be done about a name that there is no page of: the word that is meant, or where words are listed."""
+    if name in foreign_aliases.MODULI:
+        return f"laws take `young` and `poisson`: {foreign_aliases.MODULI[name]}"
+    if said := meaning(name) or _meant_unit(name):
+        return said
+    close = slip(name, _names()) if len(name) > 1 else None
+    return f"did you mean `{close}`?" if close else "`dsl list` shows what there is"
+
+
+def _names() -> list[str]:
+    kinds = CATALOGUE
+    made = [c for kind, table in kinds.items() for n in table if (c := kinds.constructor(kind, n))]
+    words = [*kinds, *(c.name for c in made), *(f.name for c in made for f in c.fields), *kinds.words()]
+    return [*words, *RESERVED, *CALLS, *PLAIN]
+
+
+def _meant_unit(name: str) -> str:
+    """The unit that is written in another way here: `did you mean `MPa`?`."""
+    try:
+        units.parse(name)
+    except units.UnitError as error:
+        meant = re.search(r"write (`\S+`)", error.remedy)
+        return f"did you mean {meant[1]}?" if meant else ""
+    return ""

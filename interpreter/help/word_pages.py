@@ -1,0 +1,132 @@
+"""The page of a word of the language, or of a message: what `dsl explain` prints."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+from softmark.interpreter.help import validity_ranges
+from softmark.interpreter.help.constructor_examples import example
+from softmark.interpreter.help.reserved_words import unit_page, word_page
+from softmark.interpreter.language import foreign_aliases, units
+from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
+from softmark.interpreter.language.foreign_words import meaning
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.references.reference_base import Reference
+
+CODE = re.compile(r"[EW]\d{3}$", re.IGNORECASE)
+
+
+def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
+    """The explanation of a name, or None; `words` may have those of plugins."""
+    if CODE.match(name):
+        from softmark.interpreter.help.codes import pages
+
+        known = pages().get(name.upper())
+        return known.text if known else None
+    if found := words.find(name):
+        return "\n\n".join(constructor_page(c) for c in found)
+    if name in words:
+        rows = [words.constructor(name, n) for n in words[name]]
+        lines = "\n".join(f"  {c.name:<24}{c.summary}" for c in rows if c)
+        fields = _field_page(name)
+        return f"{name}: declared as `{name} NAME = CONSTRUCTOR(...)`\n\n{lines}" + (f"\n\n{fields}" if fields else "")
+    if word := word_page(name):
+        return word
+    if name in CATALOGUE.words():
+        return f"{name} (element)\n\n{inspect.getdoc(CATALOGUE.words()[name])}"
+    if used := _field_page(name) or _choice_page(name):
+        return used
+    meant = foreign_aliases.WORDS.get(name) or foreign_aliases.SYNONYMS.get(name) or foreign_aliases.CHOICES.get(name)
+    if meant and not meaning(name) and not unit_page(name):
+        said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
+        return f"{said}\n\n{page(meant) or _field_page(meant)}"
+    return unit_page(name) or _of_library(name)
+
+
+def _of_library(name: str) -> str | None:
+    """The page of a material of the library."""
+    from softmark.interpreter.help import material_library
+
+    return material_library.page(name)
+
+
+def _field_page(name: str) -> str:
+    """Where a field of this name occurs."""
+    owners = [(c, f) for c in constructors() if (f := c.field(name))]
+    return "\n".join(f"field of `{c.name}`: {f.doc}{facts(f)}" for c, f in owners)
+
+
+def _choice_page(name: str) -> str:
+    """Which fields have this choice."""
+    owners = [(c, f) for c in constructors() for f in c.fields if name in f.options]
+    return "\n".join(f"choice for `{f.name}` of `{c.name}`: {f.doc}{facts(f)}" for c, f in owners)
+
+
+def constructors() -> list[Constructor]:
+    """All of the language."""
+    made = (CATALOGUE.constructor(kind, n) for kind, table in CATALOGUE.items() for n in table)
+    return [c for c in made if c is not None]
+
+
+def constructor_page(c: Constructor) -> str:
+    """The page of one: what it is, its fields, an example, its source, and where it was measured to be right."""
+    lines = [f"{c.name} ({c.kind})", "", inspect.getdoc(c.cls) or "", "", "Fields, in this order:"]
+    width = max((len(f.name) for f in c.fields), default=0)
+    lines += [f"  {f.name:<{width}}  {f.doc}{facts(f)}" for f in c.fields]
+    if not c.fields:
+        lines.append("  none")
+    lines += ["", f"Example: {c.kind} NAME = {example(c)}"]
+    if issubclass(c.cls, Reference):
+        about = f"{c.cls.usually()}, {c.cls.means}" if c.cls.means else c.cls.usually()
+        lines += ["", f"Kind: {about}", f"Source: {c.cls.source}"]
+    if measured := validity_ranges.lines(c.name):
+        lines += ["", *measured]
+    return "\n".join(lines)
+
+
+def facts(f: Field) -> str:
+    """Dimension, range and default of a field."""
+    facts = [f.expected if f.form != "quantity" or f.dimension is None else _dimension(f)]
+    if f.interval is not None and f.form in ("quantity", "vector", "integer", "each"):
+        facts.append(f.interval.words(f.dimension or units.NONE))
+    facts += ["may vary in space"] if f.varies else []
+    facts.append("required" if f.required else f"default {_default(f)}")
+    return f" [{'; '.join(facts)}]"
+
+
+def _dimension(f: Field) -> str:
+    named = units.named(f.dimension or units.NONE)
+    return f"{named}, in {units.usual(f.dimension or units.NONE)}" if f.dimension != units.NONE else named
+
+
+def _default(f: Field) -> str:
+    if f.form == "condition" and f.default is not None:
+        return "everywhere"
+    if f.default is None:
+        return "the only one" if f.form == "name" and f.kind == "body" else "none"
+    if f.form == "flag":
+        return "yes" if f.default else "no"
+    if f.form == "quantity" and f.dimension is not None:
+        return units.show(f.default, f.dimension)
+    if f.form == "components":
+        return "(" + ", ".join("xyz"[i] for i in f.default) + ")"
+    if f.form == "direction":
+        axes = {"+": 1.0, "-": -1.0}.items()
+        named = (sign + "xyz"[i] for sign, one in axes for i in range(3) if f.default[i] == one)
+        return next(named, str(f.default))
+    if f.form == "vector":
+        return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si(f.dimension or units.NONE)}"
+    return str(f.default) or "none"
+
+
+def page_of_plugins(words: Vocabulary, name: str) -> str | None:
+    """The pages of a word that a plugin has, and of ours of that name; None of one that is ours alone."""
+    found = [(c, words.owner(c.kind, c.name)) for c in words.find(name)] if words.plugins else []
+    chosen = {(kind, word) for p in words.plugins for kind, word, _ in p.choices}
+    if not any(owner or (c.kind, c.name) in chosen for c, owner in found):
+        return None
+    pages = (
+        constructor_page(c) + (f"\n\nFrom the plugin {p.name}: class {c.cls.__name__}" if p else "") for c, p in found
+    )
+    return "\n\n".join(pages)

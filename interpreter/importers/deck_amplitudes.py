@@ -1,0 +1,81 @@
+"""*AMPLITUDE of a deck: how the size of loads changes over a step, and what it is at a time.
+
+Source: Abaqus Analysis User's Guide, "Amplitude curves"; Dhondt, "CalculiX CrunchiX User's Manual", *AMPLITUDE.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from softmark.solvers.mesh.files.abaqus.keyword_lines import Card, read_number
+
+OPTIONS = frozenset({"NAME", "DEFINITION", "TIME", "VALUE"})
+EQUAL = frozenset({"FIXEDINTERVAL", "BEGIN"})
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """A curve of times and factors; between its points it is linear, or smooth, and outside it is constant."""
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+    total_time: bool = False
+    smooth: bool = False
+
+    def at(self, time: float) -> float:
+        """Return the factor at a time of the step, or of all steps together if `total_time`."""
+        if time <= self.times[0]:
+            return self.values[0]
+        for i in range(1, len(self.times)):
+            if time <= self.times[i]:
+                x = (time - self.times[i - 1]) / (self.times[i] - self.times[i - 1])
+                x = x**3 * (10.0 - 15.0 * x + 6.0 * x * x) if self.smooth else x
+                return self.values[i - 1] + x * (self.values[i] - self.values[i - 1])
+        return self.values[-1]
+
+
+def read_amplitude(card: Card) -> Amplitude | str:
+    """Return the curve of a card, or why it is not read. Raises DeckError."""
+    kind = "".join(card.options.get("DEFINITION", "TABULAR").upper().split())
+    known = OPTIONS | (EQUAL if kind == "EQUALLYSPACED" else {"SMOOTH"})  # SMOOTH rounds the corners of derivatives
+    if kind not in ("TABULAR", "EQUALLYSPACED", "SMOOTHSTEP"):
+        return f"DEFINITION={kind} is not read, only tables"
+    if unknown := card.unknown_options(frozenset(known)):
+        return f"its option {unknown[0]} is not read"
+    if card.options.get("VALUE", "RELATIVE").upper() != "RELATIVE":
+        return "VALUE=ABSOLUTE is not read"
+    numbers = [read_number(word, card) for row in card.each_row() for word in row if word]
+    if kind == "EQUALLYSPACED":
+        step = read_number(card.options.get("FIXEDINTERVAL", "0"), card)
+        begin = read_number(card.options.get("BEGIN", "0"), card)
+        times, values = [begin + i * step for i in range(len(numbers))], numbers
+    else:
+        times, values = numbers[::2], numbers[1::2]
+    if not values or len(times) != len(values) or any(b <= a for a, b in pairwise(times)):
+        return "its data are not pairs of increasing times and factors"
+    total = "".join(card.options.get("TIME", "STEPTIME").upper().split()) == "TOTALTIME"
+    return Amplitude(tuple(times), tuple(values), total, kind == "SMOOTHSTEP")
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Times at which load factors of one step are evaluated: its end, and the end of the last step kept."""
+
+    period: float
+    total: float
+
+
+@dataclass
+class Amplitudes:
+    """All curves of a deck by their names in upper case; a text says why one is not read."""
+
+    curves: Mapping[str, Amplitude | str] = field(default_factory=dict)
+
+    def factor(self, name: str, times: StepTimes) -> float | str:
+        """Return the factor of a load at the end of its step, or why there is none."""
+        found = self.curves.get(name.upper(), f"the amplitude `{name[:60]}` is not defined")
+        if isinstance(found, str):
+            return found
+        return found.at(times.total if found.total_time else times.period)

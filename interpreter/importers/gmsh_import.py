@@ -1,0 +1,33 @@
+"""Meshes of Gmsh with physical groups: they are read by scenes as they are, what they are made of is not in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from softmark.interpreter.importers.imported_deck import Deck, Left, Part
+from softmark.references.measured_data import Unreadable
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, as_written, parsed
+from softmark.solvers.mesh.files.mesh_reader import read as read_mesh
+
+
+def read(path: Path) -> Deck:
+    """A mesh and its groups. Raises Unreadable."""
+    try:
+        mesh = read_mesh(str(path), 1.0, named=True)
+        data = parsed(path)
+        own, names = as_written(data, path, 1.0), getattr(data, "field_data", {})
+    except UnreadableMesh as error:
+        raise Unreadable(path.name, str(error), error.remedy or "write the mesh again") from None
+    part = Part(path.stem, np.arange(len(mesh.cells)), None)
+    found = Deck(path.name, own.kind, own.points, own.cells, [part], static=False, mesh=path)
+    for name, (_, dimension) in names.items():
+        if dimension < 2:
+            found.left.append(Left(f"the group `{name}`", "it has points or lines: a scene has cells and faces"))
+    for name, group in (mesh.groups or {}).items():
+        if group.kind == "faces" and (group.inside or group.foreign or not len(group.members)):
+            found.left.append(Left(f"the group `{name}`", f"{group.described}: not faces of the surface alone"))
+        elif len(group.members):
+            found.groups.append(name)
+    return found

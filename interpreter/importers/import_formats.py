@@ -1,0 +1,50 @@
+"""Which ending has which reader. To add a format: a module with `read(path) -> Deck`, and a line here.
+
+What reads is imported when a file is read: who asks what there is loads no arrays.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from softmark.interpreter.importers.imported_deck import Deck
+
+AGAIN = "write the file again"
+READERS = {".feb": "febio_deck", ".inp": "abaqus_deck", ".msh": "gmsh_import", ".pml": "pml_import"}
+WITH_CURVES = frozenset({"febio_deck"})  # readers that can carry over a moment before the end
+TITLES = "CalculiX and Abaqus (.inp), FEBio (.feb), Gmsh (.msh), PML with its LML (.pml)"
+
+
+def read(path: Path, moment: float | None = None) -> Deck:
+    """The deck or mesh in a file, at a moment of its analysis (by default its end). Raises Unreadable, Foreign."""
+    import numpy as np
+
+    from softmark.references.measured_data import UNPACK, Unreadable, must_be_unpacked
+    from softmark.resource_limits import limited_resources, reason_of
+
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        remedy = UNPACK if path.suffix.lower() == ".gz" else f"known are {TITLES}"
+        raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", remedy)
+    own = import_module(f"softmark.interpreter.importers.{reader}")
+    if moment is not None and reader not in WITH_CURVES:
+        from softmark.interpreter.importers.imported_deck import Foreign
+
+        raise Foreign(
+            f"{path.name} has no curves over time that are read", "leave out `--at`: decks of FEBio have them"
+        )
+    try:
+        if not path.is_file():
+            what = "it is a folder" if path.is_dir() else "there is no such file"
+            raise Unreadable(path.name, what, "name a file that is there")
+        must_be_unpacked(path)
+        with limited_resources(path), np.errstate(all="ignore"):
+            found: Deck = own.read(path) if moment is None else own.read(path, moment)
+    except (MemoryError, OSError, RecursionError) as error:
+        raise Unreadable(path.name, reason_of(error), AGAIN) from None
+    except (ValueError, LookupError, ArithmeticError) as error:  # what no reader has thought of is no scene either
+        raise Unreadable(path.name, f"its words do not fit together ({reason_of(error)})", AGAIN) from error
+    return found

@@ -1,0 +1,179 @@
+"""PML with LML: what the comparison of 2008 exchanged, a physical model and, in a file of the same name, its loads.
+
+Atoms are points, a structural component of FEM cells is a part; a load is a direction times a value, straight between
+events and constant after the last, whose value the scene has. `NULL` leaves a direction free.
+Source: Chabanas and Promayon, "Physical Model Language: Towards a Unified Representation for Continuous and Discrete
+Models" (2004); the library's readers in SOFA (extlibs/PML, extlibs/LML).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from softmark.interpreter.importers.abaqus_loads import together
+from softmark.interpreter.importers.imported_deck import AtNodes, Deck, Floats, Foreign, Ints, Law, Left, Part
+from softmark.interpreter.importers.xml_numbers import Words
+from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, parsed, within
+from softmark.safe_files import read_regular
+
+KINDS = {"TETRAHEDRON": ("tet4", 4), "HEXAHEDRON": ("hex8", 8)}
+STRAINS = {"SMALL": "small", "LARGE": "corotational", "POLAR": "corotational"}
+LIMIT = 1_000_000  # numbers of a list
+
+
+def read(path: Path) -> Deck:
+    """A model and its loads. Raises Unreadable, Foreign."""
+    words = Words(path.name)
+    found, place = _model(parsed(path.name, read_regular(path), "physicalModel"), path.name, words)
+    beside = path.with_suffix(".lml")
+    if beside.exists():
+        beside = within(path.name, path.parent, beside.name)
+        own = Words(beside.name)
+        _loads(parsed(beside.name, read_regular(beside), "loads"), own, found, place)
+    else:
+        found.left.append(Left("supports and loads", f"there is no {beside.name} beside it"))
+    return found
+
+
+# ---------------------------------------------------------------------- PML
+
+
+def _model(top: ElementT, name: str, words: Words) -> tuple[Deck, dict[int, int]]:
+    points: dict[int, list[float]] = {}
+    for atom in top.iterfind("atoms//atomProperties"):
+        points[words.whole(atom.get("index"))] = [words.number(atom.get(c)) for c in "xyz"]
+    left: list[Left] = []
+    blocks: dict[str, list[list[int]]] = {}
+    parts: list[tuple[ElementT, int, int]] = []
+    for body in _bodies(top, left):
+        rows: list[list[int]] = []
+        for kind, row in _cells(body, words, left):
+            blocks.setdefault(kind, []).append(row)
+            rows.append(row)
+        if rows:
+            whole = sum(map(len, blocks.values()))
+            parts.append((body, whole - len(rows), whole))
+    if len(blocks) != 1:
+        what = "several kinds of cells" if blocks else "no tetrahedra and no hexahedra of FEM"
+        raise Foreign(f"{name} has {what}", "one kind of TETRAHEDRON and HEXAHEDRON is carried over")
+    ((kind, table),) = blocks.items()
+    used, cells = np.unique(np.array(table, dtype=np.int64), return_inverse=True)
+    if missing := [n for n in used.tolist() if n not in points]:
+        raise words.wrong(f"a cell has the atom {missing[0]}, which is nowhere")
+    X: Floats = np.array([points[n] for n in used.tolist()], dtype=np.float64)
+    found = Deck(name, KINDS[kind][0], X, cells.reshape(len(table), -1).astype(np.int64), [], left=left)
+    strains = {_strain(body, found) for body, _, _ in parts}
+    if len(strains) > 1:
+        raise Foreign(f"{name} has bodies with several words for `deformation`", "write one file for each")
+    found.strain = strains.pop()
+    found.parts = [_part(body, first, last, words, left) for body, first, last in parts]
+    if kind == "HEXAHEDRON":
+        found.taken.append("hexahedra stay whole; SOFA's reader cut each into five tetrahedra")
+    return found, {n: i for i, n in enumerate(used.tolist())}
+
+
+def _bodies(top: ElementT, left: list[Left]) -> Iterator[ElementT]:
+    """The exclusive components that are of finite elements."""
+    for body in top.iterfind("exclusiveComponents//structuralComponent"):
+        kind = body.get("bodyType", "FEM")
+        if kind == "FEM":
+            yield body
+        else:
+            left.append(Left(f"the body `{body.get('name', '')[:60]}`", f"it is of the type {kind[:40]}, not FEM"))
+
+
+def _cells(body: ElementT, words: Words, left: list[Left]) -> Iterator[tuple[str, list[int]]]:
+    odd: dict[str, int] = {}
+    for cell in body.iterfind("cell"):
+        properties = cell.find("cellProperties")
+        kind = "" if properties is None else properties.get("type", "")
+        if kind not in KINDS:
+            odd[kind] = odd.get(kind, 0) + 1
+            continue
+        row = [words.whole(atom.get("index")) for atom in cell.iterfind("atomRef")]
+        if len(row) != KINDS[kind][1]:
+            raise words.wrong(f"a cell {kind} has {len(row)} atoms")
+        yield kind, row
+    left += [Left(f"{n} cells {kind[:40]}", "no cells of a solid here") for kind, n in odd.items()]
+
+
+def _strain(body: ElementT, found: Deck) -> str:
+    word = body.get("deformation", "LARGE").upper()
+    if word != "SMALL":
+        told = f"deformation = {word[:20]}" if "deformation" in body.attrib else "no word for `deformation`"
+        said = f"{told} is corotational strain, a rotation at each point; SOFA has one for each cell"
+        found.taken += [said] if said not in found.taken else []
+    return STRAINS.get(word, "corotational")
+
+
+def _part(body: ElementT, first: int, last: int, words: Words, left: list[Left]) -> Part:
+    name = body.get("name", "")
+    if "mass" in body.attrib:
+        left.append(Left(f"the mass of `{name[:60]}`", "a scene has densities: `--density` says one"))
+    law = None
+    if "young" in body.attrib and "poisson" in body.attrib:
+        density = words.number(body.get("density")) if "density" in body.attrib else None
+        young, poisson = words.number(body.get("young")), words.number(body.get("poisson"))
+        law = Law("linear_elastic", {"young": young}, {"poisson": poisson}, density)
+    else:
+        left.append(Left(f"the material of `{name[:60]}`", "it does not say `young` and `poisson`"))
+    return Part(name or "body", np.arange(first, last), law)
+
+
+# ---------------------------------------------------------------------- LML
+
+
+def _loads(top: ElementT, words: Words, found: Deck, place: dict[int, int]) -> None:
+    held: dict[tuple[int, int], float] = {}
+    for number, load in enumerate(top.iterfind("load"), start=1):
+        kind = load.get("type", "")
+        what = f"load {number} of {words.name}, {kind[:40]}"
+        nodes = _applied(load, words, place, found, what)
+        vector = _vector(load, words)
+        value = _value(load, words)
+        if kind not in ("Translation", "Force") or vector is None or value is None:
+            found.left.append(Left(what, "only translations and forces along a direction are read"))
+        elif kind == "Force":
+            x, y, z = (value * (c or 0.0) for c in vector)
+            found.forces.append(AtNodes("force", nodes, (x, y, z)))
+        else:
+            for c, along in enumerate(vector):
+                for node in nodes.tolist() if along is not None else ():
+                    told = value * (along or 0.0)
+                    if held.setdefault((node, c), told) != told:
+                        raise Foreign(f"{what} and another move an atom differently", "let one of them hold it")
+    found.holds = together(held)
+    found.taken.append("translations and forces have the value of their last event, which stays")
+
+
+def _applied(load: ElementT, words: Words, place: dict[int, int], found: Deck, what: str) -> Ints:
+    own = load.find("appliedTo")
+    numbers: set[int] = set()
+    for word in filter(None, ("" if own is None else own.text or "").replace(" ", "").split(",")):
+        first, _, last = word.partition("-")
+        low, high = words.whole(first), words.whole(last or first)
+        if high < low:
+            raise words.wrong(f"`{word[:40]}` ends before it begins")
+        if high - low + len(numbers) > LIMIT:
+            raise words.wrong(f"`{word[:40]}` are too many atoms")
+        numbers.update(range(low, high + 1))
+    if lost := len(numbers - place.keys()):
+        found.left.append(Left(f"{what} on {lost} atoms", "they are of no cell"))
+    return np.array(sorted(place[n] for n in numbers if n in place), dtype=np.int64)
+
+
+def _vector(load: ElementT, words: Words) -> list[float | None] | None:
+    own = load.find("direction")
+    if own is None:
+        return None
+    told = [own.get(c, "NULL") for c in "xyz"]
+    return [None if w.upper() == "NULL" else words.number(w) for w in told]
+
+
+def _value(load: ElementT, words: Words) -> float | None:
+    """That of the last event, which stays."""
+    events = [(words.number(e.get("date")), words.number(e.get("value"))) for e in load.iterfind("valueEvent")]
+    return max(events, key=lambda event: event[0])[1] if events else None

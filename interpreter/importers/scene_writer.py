@@ -1,0 +1,338 @@
+"""A record as a text of the language, in its canonical form, with what was left at its end."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Source, visible
+from softmark.grammar.parser import parse
+from softmark.grammar.printer import format_source
+from softmark.interpreter.importers import imported_mesh
+from softmark.interpreter.importers.deck_units import Unasked, Units
+from softmark.interpreter.importers.imported_deck import AtNodes, Deck, Ended, Foreign, Hold, Ints, Left, OnFaces, Part
+from softmark.solvers.mesh.files.mesh_validation import at, components, overlap, twins
+from softmark.solvers.mesh.mesh import Mesh
+
+FORCES = 10_000  # nodes with forces of their own; each takes some 7 ms of a run
+DOUBLED = "some lie where other nodes do, and a scene says single nodes by where they lie"
+DUST = 1e-16  # of the greatest force: below what a double keeps beside it
+WIDE = 100
+ANY_DENSITY = "1000.0 kg/m^3"  # of materials without one, where no result depends on it
+NO_DENSITY = ("a material has no density, and nothing of a body at rest without weight depends on it: the scene has "
+              f"{ANY_DENSITY} in its place")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Filled:
+    """What a file does not say and somebody has told: a material for cells without one, a density for laws."""
+
+    material: str | None = None  # a constructor of the language
+    density: str | None = None  # a quantity
+
+
+class Wanting(Exception):
+    """A file lacks what a scene must say: what, and how to tell."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
+
+
+@dataclass(frozen=True)
+class Written:
+    """A scene, the text of a mesh beside it (None where it is a file that is there), and what was left.
+
+    `turned` says which cells were inside out, if some were; `taken` how something was understood that can be
+    understood otherwise.
+    """
+
+    scene: str
+    mesh: str | None
+    left: tuple[Left, ...]
+    turned: str | None
+    taken: tuple[str, ...] = ()
+    ended: tuple[Ended, ...] = ()
+
+
+def written(deck: Deck, units: Units, filled: Filled, mesh_name: str) -> Written:
+    """A scene whose mesh has this name. Raises Unasked, Wanting, Foreign."""
+    _count_pieces(deck)
+    writer = _Writer(deck, units, filled, mesh_name)
+    lines = list(writer.lines())
+    mesh = None
+    if deck.mesh is None:
+        mesh = imported_mesh.text(deck.kind, deck.points, deck.cells, writer.sets, writer.surfaces, writer.node_sets)
+    left, turned, taken = _counted(deck.left), _turned(deck, units), tuple(dict.fromkeys(deck.taken))
+    deck.taken = [*taken, *([] if turned is None else [f"{turned}: a scene turns them"])]
+    text = "\n".join([*lines, "", *_notes(deck, left)]).rstrip() + "\n"
+    scene = format_source(Source(deck.title, text))
+    return Written(scene, mesh, left, turned, taken, tuple(dict.fromkeys(deck.ended)))
+
+
+def _counted(every: Sequence[Left]) -> tuple[Left, ...]:
+    """Each loss once, with how many times the file has it."""
+    return tuple(
+        own if many == 1 else replace(own, what=f"{own.what}, {many} times") for own, many in Counter(every).items()
+    )
+
+
+def _count_pieces(deck: Deck) -> None:
+    """Count the pieces of a body and report what joins them. Raises Foreign if a scene would refuse its mesh."""
+    width = deck.cells.shape[1]
+    part = components(len(deck.points), np.repeat(deck.cells[:, 0], width - 1), deck.cells[:, 1:].ravel())
+    deck.pieces = len(np.unique(part[deck.cells[:, 0]]))
+    if deck.pieces == 1:
+        return
+    if deck.mesh is not None:
+        raise Foreign(f"{deck.title} has {deck.pieces} pieces that share no nodes",
+                      "declare the body by hand, with `pieces = keep` of `mesh(...)`")  # fmt: skip
+    if (place := overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
+        where = ", ".join(f"{v:g}" for v in place[0].tolist())
+        raise Foreign(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two",
+                      "no body has matter twice at one place: move the pieces, or write each to a deck")  # fmt: skip
+    deck.taken.append(f"its {deck.pieces} pieces share no nodes and are one body of so many pieces: nothing of the "
+                      "scene joins them, so each needs supports; `contact glue = tied(body)` glues them where they "
+                      "touch, `contact c = itself(body)` keeps them from passing through each other")  # fmt: skip
+
+
+def _turned(deck: Deck, units: Units) -> str | None:
+    """How many cells are inside out, and where the first of them is; None of none."""
+    if not len(own := deck.inside_out):
+        return None
+    middle = deck.points[deck.cells[own[0]]].mean(axis=0) * units.length.factor
+    return f"{len(own)} of its {len(deck.cells)} cells are inside out, the first has its middle at {at(middle)}"
+
+
+def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:
+    for ended in dict.fromkeys(deck.ended):
+        yield from _comment(f"without effect: {ended.described}")
+    for what in deck.taken:
+        yield from _comment(f"taken so: {what}")
+    for own in left:
+        where = "" if own.line is None else f" (line {own.line})"
+        yield from _comment(f"not carried over: {own.what}{where}: {own.why}")
+
+
+def _comment(text: str) -> Iterator[str]:
+    line = "#"
+    for word in visible(text).split():
+        if len(line) + 1 + len(word) > WIDE and line != "#":
+            yield line
+            line = "#    "
+        line += f" {word}"
+    yield line
+
+
+@dataclass
+class _Writer:
+    deck: Deck
+    units: Units
+    filled: Filled
+    mesh_name: str
+    names: set[str] = field(default_factory=set)
+    sets: dict[str, Ints] = field(default_factory=dict)
+    surfaces: dict[str, Ints] = field(default_factory=dict)
+    node_sets: dict[str, Ints] = field(default_factory=dict)
+
+    def name(self, kind: str, told: str) -> str:
+        """A name that nothing else has and no word of the language is."""
+        plain = re.sub(r"\W+", "_", told, flags=re.ASCII).strip("_").lower()[:60]
+        first = f"{kind}_{plain}" if plain else kind
+        found, i = first, 2
+        while found in self.names:
+            found, i = f"{first}_{i}", i + 1
+        self.names.add(found)
+        return found
+
+    def lines(self) -> Iterator[str]:
+        """Declarations. Raises Unasked, Wanting."""
+        deck = self.deck
+        system = f" ({self.units.system})" if self.units.system else ""
+        yield from ("softmark 1", f"scene {_quoted(deck.title)}", "")
+        yield from _comment(f"Imported from {deck.title}{system}; what was not carried over stands at the end.")
+        yield ""
+        parts = sorted(deck.parts, key=lambda part: -len(part.cells))
+        materials = [self.name("solid", part.name if part.law else "told") for part in parts]
+        for name, part in zip(materials, parts, strict=True):
+            yield f"material {name} = {self._law(part)}"
+        unit = self.units.length.text
+        kept = ", coincident = keep" if len(self.doubled) else ""
+        if kept:
+            deck.taken.append(f"{len(self.doubled)} nodes lie where others do, and each is its own: nothing joins them")
+        kept += ", pieces = keep" if deck.pieces > 1 else ""
+        yield f"body body = solid(mesh({_quoted(self.mesh_name)}, unit = {unit}{kept}), {materials[0]})"
+        for name, part in zip(materials[1:], parts[1:], strict=True):
+            region = self.name("part", part.name)
+            self.sets[region] = part.cells
+            yield f"region {region} = group(body, {_quoted(region)}, material = {name})"
+        for told in deck.groups:
+            yield f"region {self.name('group', told)} = group(body, {_quoted(told)})"
+        for own in deck.named:
+            region = self.name("group", own.name)
+            {"cells": self.sets, "faces": self.surfaces, "nodes": self.node_sets}[own.kind][region] = own.members
+            yield f"region {region} = group(body, {_quoted(region)})"
+        yield ""
+        yield from self._acting()
+        yield ""
+        yield from self._model()
+
+    def _model(self) -> Iterator[str]:
+        deck = self.deck
+        if not deck.holds or not deck.static:
+            lacks = "holds the body" if not deck.holds else "is an analysis at rest"
+            yield from _comment(f"Nothing that was carried over {lacks}: declare what is missing, an analysis, and a "
+                                f"model such as `fem({deck.kind}, strain = {deck.strain})`.")  # fmt: skip
+            return
+        yield "analysis rest = static()"
+        kept = f", formulation = {deck.formulation}" if deck.formulation else ""
+        yield f"model fe = fem({deck.kind}, strain = {deck.strain}{kept})"
+
+    def _acting(self) -> Iterator[str]:
+        deck = self.deck
+        if not (deck.holds or deck.pushes or deck.forces or deck.weights):
+            return
+        for hold in deck.holds:
+            yield from self._hold(hold)
+        for push in deck.pushes:
+            yield from self._push(push)
+        yield from self._forces(deck.forces)
+        for vector in deck.weights:
+            size = math.sqrt(sum(v * v for v in vector))
+            if size > 0.0:
+                told = self.units.of_acceleration(size)
+                yield (f"load {self.name('load', 'weight')} = gravity({told!r} m/s^2, direction = "
+                       f"{_vector([v / size + 0.0 for v in vector])})")  # fmt: skip
+
+    def _law(self, own: Part) -> str:
+        law, part, cells = own.law, own.name, len(own.cells)
+        if law is None:
+            why = f" ({own.why})" if own.why else ""
+            if self.filled.material is None:
+                raise Wanting(f"{cells} cells (`{part}`) have no material that was carried over{why}",
+                              "say what they are made of: `--material 'neo_hookean(young = 60 kPa, poisson = 0.45, "
+                              "density = 1000 kg/m^3)'`")  # fmt: skip
+            return _constructor(self.filled.material)
+        fields = [f"{name} = {self.units.of_stress(value)}" for name, value in law.stresses.items()]
+        fields += [f"{name} = {value!r}" for name, value in law.plain.items()]
+        fields += [f"{name} = [{', '.join(map(self.units.of_stress, own))}]" for name, own in law.stress_lists.items()]
+        fields += [f"{name} = [{', '.join(map(repr, own))}]" for name, own in law.lists.items()]
+        if law.density is not None:
+            density = self.units.of_density(law.density)
+        elif self.filled.density is not None:
+            density = self.filled.density
+        elif self.deck.static and not self.deck.weights:
+            density = ANY_DENSITY
+            if NO_DENSITY not in self.deck.taken:
+                self.deck.taken.append(NO_DENSITY)
+        else:
+            raise Wanting(f"the material `{part}` has no density, which a scene says of every material",
+                          "say it, `--density 1000kg/m^3`; at rest nothing depends on it but weight")  # fmt: skip
+        fields += [f"density = {density}", *(f"{name} = {word}" for name, word in law.choices.items())]
+        return f"{law.word}({', '.join(fields)})"
+
+    def _hold(self, hold: Hold) -> Iterator[str]:
+        faces, alone = self.deck.sides.within(hold.nodes)
+        where = self.name("at", hold.name)
+        if len(alone):
+            self.node_sets[where] = hold.nodes
+        else:
+            self.surfaces[where] = faces
+        yield f"region {where} = group(body, {_quoted(where)})"
+        by = [0.0, 0.0, 0.0]
+        for c, value in zip(hold.components, hold.values, strict=True):
+            by[c] = value
+        moves = any(by)
+        along = "" if hold.components == (0, 1, 2) else f", components = {_axes(hold.components)}"
+        vector = f", by = {_vector(by)} {self._unit()}" if moves else ""
+        word = "displaced" if moves else "fixed"
+        yield f"support {self.name('held', hold.name)} = {word}(body, where = {where}{vector}{along})"
+
+    def _unit(self) -> str:
+        number, unit = self.units.length.text.split(" ")
+        return unit if number == "1" else f"* {self.units.length.text}"
+
+    @cached_property
+    def doubled(self) -> Ints:
+        """Nodes (k,) that lie where another does: a place is not one of them alone."""
+        if self.deck.mesh is not None:
+            return np.zeros(0, dtype=np.int64)
+        return np.unique(twins(self.deck.points, self.deck.cells))
+
+    def _push(self, push: OnFaces) -> Iterator[str]:
+        region = self.name("at", push.name)
+        self.surfaces[region] = push.faces
+        yield f"region {region} = group(body, {_quoted(region)})"
+        name = self.name("load", push.name)
+        if push.pressure is not None:
+            magnitude = self.units.of_stress(push.pressure)
+            yield f"load {name} = pressure(body, where = {region}, magnitude = {magnitude})"
+        elif push.traction is not None:
+            items = ", ".join(self.units.of_stress(v) for v in push.traction)
+            yield f"load {name} = traction(body, where = {region}, vector = ({items}))"
+
+    def _forces(self, forces: Sequence[AtNodes]) -> Iterator[str]:
+        known = self._apart(self._sized(forces))
+        many = sum(len(force.nodes) for force in known)
+        if many > FORCES:
+            total = np.sum([len(f.nodes) * np.array(f.force) for f in known], axis=0) * self.units.of_force(1.0)
+            self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all",
+                                       f"a scene says them one by one, {FORCES} at most"))  # fmt: skip
+            return
+        for force in known:
+            vector = _vector([self.units.of_force(v) for v in force.force])
+            for node in force.nodes.tolist():
+                at = f"{_vector(self.deck.points[node].tolist())} {self._unit()}"
+                yield f"load {self.name('load', force.name)} = point_force(body, at = {at}, vector = {vector} N)"
+
+    def _apart(self, forces: Sequence[AtNodes]) -> list[AtNodes]:
+        """Forces on nodes that have a place of their own; the others are left."""
+        own = [np.isin(force.nodes, self.doubled) for force in forces]
+        if many := sum(int(double.sum()) for double in own):
+            each = (double.sum() * np.array(force.force) for force, double in zip(forces, own, strict=True))
+            total = np.sum(list(each), axis=0) * self.units.of_force(1.0)
+            self.deck.left.append(Left(f"forces on {many} nodes, {_vector(total.tolist())} N in all", DOUBLED))
+        told = (replace(force, nodes=force.nodes[~double]) for force, double in zip(forces, own, strict=True))
+        return [force for force in told if len(force.nodes)]
+
+    def _sized(self, forces: Sequence[AtNodes]) -> list[AtNodes]:
+        """Forces without what rounding has left in them, which may be smaller than any quantity of a scene."""
+        least = DUST * max((abs(v) for force in forces for v in force.force), default=0.0)
+        if any(0.0 < abs(v) < least for force in forces for v in force.force):
+            self.deck.taken.append(f"components of forces below {DUST:g} of the greatest are rounding, and 0")
+        told = []
+        for own in forces:
+            x, y, z = (v if abs(v) >= least else 0.0 for v in own.force)
+            told += [replace(own, force=(x, y, z))] if x or y or z else []
+        return told
+
+
+def _constructor(told: str) -> str:
+    """What somebody has written for a material. Raises Wanting."""
+    tree, problems = parse(Source("--material", f"material told = {told}\n"))
+    if problems or len(tree.declarations) != 1 or "\n" in told:
+        example = "`--material 'neo_hookean(young = 60 kPa, poisson = 0.45, density = 1000 kg/m^3)'`"
+        raise Wanting(f"`{told}` is no material as a scene writes it", f"such as {example}")
+    return told
+
+
+def _axes(components: tuple[int, ...]) -> str:
+    names = ["xyz"[c] for c in components]
+    return names[0] if len(names) == 1 else f"({', '.join(names)})"
+
+
+def _vector(values: Sequence[float]) -> str:
+    return f"({', '.join(map(repr, values))})"
+
+
+def _quoted(text: str) -> str:
+    return '"' + visible(text).replace("\\", "\\\\").replace('"', '\\"')[:390] + '"'
+
+
+__all__ = ["Filled", "Unasked", "Wanting", "Written", "written"]

@@ -1,0 +1,60 @@
+"""Numbers in XML files of decks, and sets of nodes that they list."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.interpreter.importers.imported_deck import Floats, Ints
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN
+from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT
+from softmark.references.measured_data import Unreadable
+
+LARGEST = 1 << 40  # of a number of a node
+
+
+class Words:
+    """Of one file, which its messages name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def wrong(self, reason: str) -> Unreadable:
+        """What is raised of it."""
+        return Unreadable(self.name, reason, AGAIN)
+
+    def floats(self, text: str | None, count: int | None = None) -> Floats:
+        """Finite numbers between commas or blanks, so many of them. Raises Unreadable."""
+        words = (text or "").replace(",", " ").split()
+        try:
+            if "_" in (text or ""):
+                raise ValueError
+            found: Floats = np.array(words, dtype=np.float64)
+        except ValueError:
+            raise self.wrong(f"`{(text or '').strip()[:40]}` are no numbers") from None
+        if not np.isfinite(found).all() or (count is not None and len(found) != count):
+            raise self.wrong(f"`{(text or '').strip()[:40]}` are not {count or 'finite'} numbers")
+        return found
+
+    def number(self, text: str | None) -> float:
+        """One of them. Raises Unreadable."""
+        return float(self.floats(text, 1)[0])
+
+    def wholes(self, text: str | None) -> Ints:
+        """Whole numbers from 0. Raises Unreadable."""
+        found = self.floats(text)
+        if (found != np.floor(found)).any() or (np.abs(found) > LARGEST).any() or (found < 0).any():
+            raise self.wrong(f"`{(text or '').strip()[:40]}` are no whole numbers")
+        return found.astype(np.int64)
+
+    def whole(self, text: str | None) -> int:
+        """One of them. Raises Unreadable."""
+        found = self.wholes(text)
+        if len(found) != 1:
+            raise self.wrong(f"`{(text or '').strip()[:40]}` is no whole number")
+        return int(found[0])
+
+
+def child(node: ElementT | None, tag: str) -> str | None:
+    """The text of the first element of a name within another."""
+    own = None if node is None else node.find(tag)
+    return None if own is None else (own.text or "")

@@ -1,0 +1,500 @@
+"""Binding the arguments of a call to the fields of a constructor, each checked by its form."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
+from softmark.grammar.name_suggestions import nearest
+from softmark.interpreter.language import field_parsers, field_schema, foreign_aliases, quotient_warnings, units
+from softmark.interpreter.language.bare_constructors import bare_word
+from softmark.interpreter.language.compiled_scene import Location
+from softmark.interpreter.language.condition_syntax import said, selection
+from softmark.interpreter.language.expression_evaluation import Bad, Place, Quantity, VectorValue, describe, words
+from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
+from softmark.interpreter.language.foreign_words import meaning, slip
+from softmark.interpreter.language.region_references import KIND, regions_of
+from softmark.interpreter.language.scene_sources import Module
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiler import Compiler
+    from softmark.interpreter.language.parameter_overrides import Override
+
+ORIGINS = 3  # parameters whose places a message shows
+FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
+Bound = tuple[tree.Expression, Place]  # an expression, and the text that it stands in
+
+
+@dataclass(frozen=True)
+class Binder:
+    """Binds calls of one declaration; `full` is its name, by which overrides find its fields."""
+
+    compiler: Compiler
+    module: Module
+    full: str
+
+    @property
+    def place(self) -> Place:
+        """The module's text."""
+        return self.module.place
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """What the scene can declare."""
+        return self.compiler.table.vocabulary
+
+    def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
+        """The constructor, the object that the call makes, and where its fields stand. Raises Bad."""
+        constructor = self._constructor(kind, node)
+        self._decimal_comma(constructor, node)
+        bound, broken = self._match(constructor, node, outermost)
+        values: dict[str, Any] = dict(whole := field_parsers.whole(self, constructor, bound))
+        for field in constructor.fields:
+            if field.name not in bound:
+                continue
+            try:
+                values[field.attribute] = self.value(field, *bound[field.name])
+            except Bad:
+                broken = True
+        broken |= self._missing(constructor, {**bound, **dict.fromkeys(whole, (node, self.place))}, node)
+        broken |= field_parsers.either(self, constructor, bound, node)
+        if broken:
+            raise Bad
+        places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
+        return constructor, field_parsers.made(self, constructor, values, bound, node), places
+
+    def _constructor(self, kind: str, node: tree.Call) -> Constructor:
+        name = node.function.text
+        found = self.vocabulary.constructor(kind, name)
+        if found is not None:
+            return found
+        known = list(self.vocabulary[kind])
+        others = self.vocabulary.find(name)
+        if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
+            raise self.place.fail("E730", node.function.span, *lost)
+        meant = foreign_aliases.WORDS.get(name)
+        close = meant if meant in known else slip(name, known)
+        if others:
+            other = others[0].kind
+            message = f"`{name}` is {field_schema.article(other)} {other}, not {field_schema.article(kind)} {kind}"
+            hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
+        else:
+            message = f"there is no {kind} `{name}`"
+            hint = did_you_mean(close) if close else meaning(name) or f"{kind} constructors: {', '.join(known)}"
+            if close and close == meant and not nearest(name, [close]):
+                hint = Remedy(f"it is called `{close}` here", Fix(close))
+        raise self.place.fail("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
+
+    # ------------------------------------------------------------------ arguments to fields
+
+    def _match(self, constructor: Constructor, node: tree.Call, outermost: bool) -> tuple[dict[str, Bound], bool]:
+        bound: dict[str, Bound] = {}
+        broken = False
+        for position, argument in enumerate(node.arguments):
+            field = self._field(constructor, argument, position)
+            if field is None:
+                broken = True
+            elif field.name in bound:
+                self.place.fail(
+                    "E211", argument.span, f"`{field.name}` is given twice", "the second value", "keep one of them"
+                )
+                broken = True
+            else:
+                bound[field.name] = (argument.value, self.place)
+        if outermost:
+            broken |= self._override(constructor, bound)
+        return bound, broken
+
+    def _decimal_comma(self, constructor: Constructor, node: tree.Call) -> None:
+        """Refuse `gravity(9,81 m/s^2)`, which reads as two arguments, the first without its unit."""
+        arguments = [a.value for a in node.arguments if a.name is None]
+        for field, a, b in zip(constructor.fields, arguments[:-1], arguments[1:], strict=False):
+            if not isinstance(a, tree.Number) or not isinstance(b, tree.Number) or a.unit is not None:
+                continue
+            adjacent = b.span.start == a.span.end + 1 and b.text.isdigit()
+            if adjacent and field.dimension not in (None, units.NONE):
+                raise self.place.fail("E113", tree.between(a.span, b.span), "the decimal sign is a point",
+                                      "a comma separates arguments",
+                                write(f"{a.text}.{self._text_of(b)}"))  # fmt: skip
+
+    def _text_of(self, node: tree.Expression) -> str:
+        return self.place.source.text[node.span.start : node.span.end]
+
+    def _override(self, constructor: Constructor, bound: dict[str, Bound]) -> bool:
+        broken = False
+        for name, override in self.compiler.replaced.items():
+            owner, _, attribute = name.rpartition(".")
+            if owner != self.full:
+                continue
+            if constructor.field(attribute) is None:
+                self._unknown_field(constructor, attribute, override)
+                broken = True
+            else:
+                bound[attribute] = (override.node, override.place)
+        return broken
+
+    def _unknown_field(self, constructor: Constructor, attribute: str, override: Override) -> None:
+        hint = self._field_hint(constructor, attribute)
+        message = f"`{constructor.name}` has no field `{attribute}`"
+        override.place.fail("E205", override.name_span, message, "not a field", hint)
+
+    def _compared(self, constructor: Constructor, value: tree.Expression) -> None:
+        """Refuse `strain == small`, where a field is meant to get its value."""
+        if not isinstance(value, tree.Compare) or value.operators[0] != "==":
+            return
+        name, given = (self._text_of(operand) for operand in value.operands[:2])
+        if constructor.field(name) is not None:
+            problem, help = f"expected `=` after `{name}`, found `==`", write(f"{name} = {given}")
+            raise self.place.fail("E106", value.span, problem, "a comparison", help)
+
+    def _field(self, constructor: Constructor, argument: tree.Argument, position: int) -> Field | None:
+        if argument.name is None:
+            self._compared(constructor, argument.value)
+            if position < len(constructor.fields):
+                return constructor.fields[position]
+            count = len(constructor.fields)
+            fields = f"{count} field" + ("s" if count != 1 else "")
+            self.place.fail("E211", argument.span, f"`{constructor.name}` has {fields}, this is one more",
+                            "too many",
+                            self._listing(constructor))  # fmt: skip
+            return None
+        field = constructor.field(argument.name)
+        if field is None:
+            span = argument.name_span or argument.span
+            self.place.fail("E205", span, f"`{constructor.name}` has no field `{argument.name}`",
+                            "not a field",
+                            self._field_hint(constructor, argument.name))  # fmt: skip
+        return field
+
+    def _field_hint(self, constructor: Constructor, name: str) -> str | Remedy:
+        if name in foreign_aliases.MODULI and constructor.field("young"):
+            return f"`{constructor.name}` takes `young` and `poisson`: {foreign_aliases.MODULI[name]}"
+        meant = self._meant(constructor, name)
+        field = constructor.field(meant or "")
+        if field is None:
+            return self._listing(constructor)
+        if nearest(name, [field.name]):
+            return did_you_mean(field.name)
+        if name in foreign_aliases.CONVERTED:
+            return f"there is `{field.name}`, which is {foreign_aliases.CONVERTED[name]}: {field.doc}"
+        return Remedy(f"the field is called `{field.name}`: {field.doc}", Fix(field.name))
+
+    @staticmethod
+    def _listing(constructor: Constructor) -> str:
+        if not constructor.fields:
+            return f"`{constructor.name}` has no fields"
+        return f"fields of `{constructor.name}`: " + ", ".join(f.name for f in constructor.fields)
+
+    def _missing(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
+        """Report required fields that are not given, except those that a misspelt one stands for."""
+        unknown = [a.name for a in node.arguments if a.name and constructor.field(a.name) is None]
+        meant = [self._meant(constructor, name) for name in unknown]
+        missing = [f for f in constructor.fields if f.required and f.name not in bound]
+        unexplained = [f for f in missing if f.name not in meant]
+        if len(unexplained) <= meant.count(None):
+            return bool(missing)
+        names = " and ".join(f"`{f.name}`" for f in unexplained)
+        meanings = "; ".join(f.meaning + self.unit_hint(f) for f in unexplained)
+        self.place.fail("E206", node.function.span, f"`{constructor.name}` needs {names}", "incomplete", meanings)
+        return True
+
+    @staticmethod
+    def _meant(constructor: Constructor, name: str) -> str | None:
+        """The field that a wrong name stands for: by what other programs call it, or by its letters."""
+        names = [f.name for f in constructor.fields]
+        meant = foreign_aliases.SYNONYMS.get(name) or foreign_aliases.SYNONYMS.get(name.lower())
+        return meant if meant in names else slip(name, names)
+
+    @staticmethod
+    def unit_hint(field: Field) -> str:
+        if field.form in ("quantity", "vector") and field.dimension not in (None, units.NONE):
+            return f", in {units.usual(field.dimension or units.NONE)}"
+        return ""
+
+    # ------------------------------------------------------------------ values by form
+
+    def value(self, field: Field, node: tree.Expression, place: Place) -> Any:
+        """What an expression is as the value of a field. Raises Bad."""
+        if field.varies and (varying := field_parsers.profile(self, field, node, place)) is not None:
+            return varying
+        if field.form in field_parsers.FORMS:
+            return field_parsers.FORMS[field.form](self, field, node, place)
+        form = "value_object" if field.form == "value" else field.form
+        return getattr(self, f"_{form}")(field, node, place)
+
+    def wrong(self, field: Field, node: tree.Expression, place: Place) -> Bad:
+        """Say that something else is expected here."""
+        return place.fail(
+            "E207", node.span, f"expected {field.expected}, found {describe(node)}", describe(node),
+            field.meaning,
+        )  # fmt: skip
+
+    def _quantity(self, field: Field, node: tree.Expression, place: Place) -> float:
+        if isinstance(node, tree.String | tree.List | tree.Compare):
+            raise self.wrong(field, node, place)
+        if isinstance(node, tree.Call) and self.vocabulary.find(node.function.text):
+            raise self.wrong(field, node, place)
+        value = self.compiler.scope.evaluator(self.module, place).value(node)
+        if isinstance(value, VectorValue):
+            raise self.wrong(field, node, place)
+        self.dimension(field, node, place, value)
+        self.within(field, node, place, value.value)
+        return value.value
+
+    def dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
+        """Refuse a value of another dimension than that of its field. Raises Bad."""
+        due = field.dimension or units.NONE
+        if value.dimension == due:
+            return
+        found = units.named(value.dimension)
+        shown = f", {units.show(value.value, value.dimension)}" if isinstance(value, Quantity) else ""
+        hint = f"{field.meaning}; give it in {units.usual(due)}"
+        if due == units.NONE:
+            hint = f"{field.meaning}, without a unit"
+        label = f"{found}{shown}" if value.dimension != units.NONE else "no unit"
+        problem = f"expected {units.named(due)}, found {found}"
+        named = self.compiler.scope.parameters.get(self.module.prefix + getattr(node, "text", ""))
+        help = quotient_warnings.remedy(node, place.source.text, value.dimension, due, named) or hint
+        raise place.fail("E204", node.span, problem, label, help, self._origins(node))
+
+    def _origins(self, node: tree.Expression) -> tuple[Second, ...]:
+        """Where the parameters in an expression get their values: what is wrong with it may be wrong there."""
+        found: dict[str, Second] = {}
+        for part, _ in tree.walk(node):
+            name = part.text if isinstance(part, tree.Name) else ""
+            parameter = self.compiler.scope.parameters.get(self.module.prefix + name)
+            if parameter is not None and len(found) < ORIGINS:
+                at = parameter.location
+                found.setdefault(name, Second(at.source, at.span, f"`{name}` gets its value here"))
+        return tuple(found.values())
+
+    def within(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
+        """Refuse a number (SI) that is out of the range of its field. Raises Bad."""
+        if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
+            raise place.fail(
+                "E301",
+                node.span,
+                f"`{field.name}` is beyond what can be computed with",
+                f"this is {value:.3g} in SI units",
+                f"quantities of a scene are zero, or {1.0 / FARTHEST:g} to {FARTHEST:g} in SI units",
+            )
+        if field.interval is None or value in field.interval:
+            return
+        limits = field.interval.words(field.dimension or units.NONE)
+        shown = units.show(value, field.dimension or units.NONE)
+        help = foreign_aliases.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
+        literal = isinstance(node.operand if isinstance(node, tree.Unary) else node, tree.Number)
+        raise place.fail(
+            "E301",
+            node.span,
+            f"`{field.name}` must be {limits}",
+            "out of range" if literal else f"this is {shown}",
+            help,
+            self._origins(node),
+        )
+
+    def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+        unit = units.of_vector(field.dimension or units.NONE)
+        if isinstance(node, tree.List):
+            help = f"a vector has round brackets: `(0, 0, 1) {unit}`"
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
+        if isinstance(node, tree.String | tree.Compare):
+            raise self.wrong(field, node, place)
+        value = self.compiler.scope.evaluator(self.module, place).value(node)
+        if isinstance(value, Quantity) or len(value.values) != 3:
+            found = describe(node) if isinstance(value, Quantity) else str(len(value.values))
+            raise place.fail("E207", node.span, f"expected three components, found {found}",
+                             "not a vector of three",
+                             f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
+        self.dimension(field, node, place, value)
+        for component in value.values:
+            self.within(field, node, place, component)
+        return value.values
+
+    def _integer(self, field: Field, node: tree.Expression, place: Place) -> int:
+        if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
+            raise self.wrong(field, node, place)
+        q = self.compiler.scope.evaluator(self.module, place).quantity(node)
+        if q.dimension != units.NONE or q.value != int(q.value):
+            raise place.fail("E204", node.span,
+                             f"expected a whole number, found {units.show(q.value, q.dimension)}",
+                             "not a whole number", field.meaning)  # fmt: skip
+        self.within(field, node, place, q.value)
+        return int(q.value)
+
+    def _flag(self, field: Field, node: tree.Expression, place: Place) -> bool:
+        if isinstance(node, tree.Name) and node.text in ("yes", "no"):
+            return node.text == "yes"
+        if isinstance(node, tree.Name) and node.text.lower() in ("true", "false", "on", "off"):
+            word = "yes" if node.text.lower() in ("true", "on") else "no"
+            raise place.fail("E212", node.span, f"`{node.text}` is not yes or no", "unknown word", write(word))
+        raise self.wrong(field, node, place)
+
+    def _choice(self, field: Field, node: tree.Expression, place: Place) -> str:
+        if not isinstance(node, tree.Name | tree.String):
+            raise self.wrong(field, node, place)
+        word = node.text if isinstance(node, tree.Name) else node.value
+        if word in field.options and isinstance(node, tree.Name):
+            return word
+        if word in field.options:
+            raise place.fail(
+                "E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", write(word)
+            )
+        meant = foreign_aliases.CHOICES.get(word)
+        close = meant if meant in field.options else slip(word, field.options)
+        due = f"`{field.name}` is {field.expected}"
+        hint = did_you_mean(close, more=f" {due}") if close else due
+        raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
+
+    def _text(self, field: Field, node: tree.Expression, place: Place) -> str:
+        if not isinstance(node, tree.String):
+            raise self.wrong(field, node, place)
+        return node.value
+
+    def _file(self, field: Field, node: tree.Expression, place: Place) -> str:
+        name = self._text(field, node, place)
+        if name.startswith("data:"):
+            return self._data_set(name, node, place)
+        path = self.module.folder / name
+        if "\0" not in name and os.path.isfile(path):
+            return str(path)
+        if "\0" not in name and field.folder and os.path.isdir(path):
+            return str(path)
+        folder = path.parent
+        close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
+        if os.path.isdir(path):
+            raise place.fail("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
+        hint: str | Remedy = "paths are relative to the scene's own folder"
+        if close:
+            meant = Path(name).with_name(close).as_posix()
+            hint = did_you_mean(meant, f'"{meant}"')
+        raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
+
+    def _data_set(self, name: str, node: tree.Expression, place: Place) -> str:
+        """The name of a public data set, which is fetched when the scene runs."""
+        from softmark.references.data_download import TABLE
+
+        known = [f"data:{own}" for own in TABLE]
+        if name in known:
+            return name
+        close = nearest(name, known)
+        hint = did_you_mean(close, f'"{close}"') if close else "`dsl list data` names them"
+        raise place.fail("E401", node.span, f"there is no data set `{name}`", "not found", hint)
+
+    def _direction(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+        match node:
+            case tree.Name(parts=(("x" | "y" | "z") as axis,)):
+                return _unit(axis, 1.0)
+            case tree.Unary(operator="+" | "-" as sign, operand=tree.Name(parts=(("x" | "y" | "z") as axis,))):
+                return _unit(axis, -1.0 if sign == "-" else 1.0)
+            case tree.Name() if node.text in foreign_aliases.DIRECTIONS:
+                low, usual = node.text.lower(), foreign_aliases.DIRECTIONS[node.text]
+                hint = Remedy(f"directions are named by coordinates: {usual}", Fix(low) if low in "xyz" else None)
+                found = f"the name `{node.text}`"
+                raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found, hint)
+            case tree.Vector() | tree.Name() | tree.Unary() | tree.Binary():
+                return self._normalised(field, node, place)
+        raise self.wrong(field, node, place)
+
+    def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+        value = self.compiler.scope.evaluator(self.module, place).value(node)
+        if not isinstance(value, VectorValue) or len(value.values) != 3:
+            found = words(value) if isinstance(value, Quantity) else f"{len(value.values)} components"
+            raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found,
+                             field.meaning)  # fmt: skip
+        if value.dimension != units.NONE:
+            found = words(value)
+            raise place.fail(
+                "E204",
+                node.span,
+                f"expected a direction, found {found}",
+                found,
+                "a direction has no unit: `(0, 0, -1)`",
+            )
+        norm = math.hypot(*value.values)
+        if norm == 0.0:
+            raise place.fail("E301", node.span, "a direction cannot be zero", "no direction", field.meaning)
+        return tuple(v / norm for v in value.values)
+
+    def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
+        evaluator = self.compiler.scope.evaluator(self.module, place)
+        find = self.compiler.named
+        named = regions_of(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
+        return replace(selection(node, evaluator, named), said=said(node, evaluator, named))
+
+    def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
+        items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
+        name = field.name
+        help = f"write `{name} = z` or `{name} = (x, y)`; without `{name}` all three are taken"
+        if not items:
+            raise place.fail("E212", node.span, f"`{field.name}` names no component", "empty", help)
+        found = []
+        for item in items:
+            if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
+                raise place.fail(
+                    "E212", item.span, f"expected x, y or z, found {describe(item)}", "not a component", help
+                )
+            found.append("xyz".index(item.text))
+        return tuple(sorted(set(found)))
+
+    def _name(self, field: Field, node: tree.Expression, place: Place) -> str:
+        if isinstance(node, tree.String) and self.module.prefix + node.value in self.compiler.table.symbols:
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text",
+                             write(node.value, ", without quotes"))  # fmt: skip
+        if isinstance(node, tree.String):
+            known = ", ".join(self.compiler.scope.names(self.module, [field.kind])) or "none"
+            hint = f"names stand without quotes; declared {field_schema.plural(field.kind)}: {known}"
+            raise place.fail("E207", node.span, f"expected {field.expected}, found a text", "a text", hint)
+        if not isinstance(node, tree.Name):
+            raise self.wrong(field, node, place)
+        self.compiler.named(node, field.kind, self.module, place, field.also)
+        return self.module.prefix + node.text
+
+    def _names(self, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+        if not isinstance(node, tree.List) or node.unit is not None:
+            raise self.wrong(field, node, place)
+        return tuple(self._name(field, item, place) for item in node.items)
+
+    def _list(self, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+        if not isinstance(node, tree.List):
+            raise self.wrong(field, node, place)
+        value = self.compiler.scope.evaluator(self.module, place).values(node)
+        if field.dimension is not None and value.values:
+            self.dimension(field, node, place, value)
+        for number, item in zip(value.values, node.items, strict=True):
+            self.within(field, item, place, number)
+        return value
+
+    def _value_object(self, field: Field, node: tree.Expression, place: Place) -> Any:
+        if field.kind == "element":
+            return self._element(field, node, place)
+        if isinstance(node, tree.Call):
+            return self.call(field.kind, node, outermost=False)[1]
+        if isinstance(node, tree.Name):
+            word = bare_word(self.compiler.scope, self.module, field, node, place)
+            return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
+        raise self.wrong(field, node, place)
+
+    def _element(self, field: Field, node: tree.Expression, place: Place) -> Any:
+        elements = self.vocabulary.words()
+        if isinstance(node, tree.String) and node.value in elements:
+            raise place.fail("E207", node.span, "expected an element, found a text", "a text",
+                             write(node.value, ", without quotes"))  # fmt: skip
+        if not isinstance(node, tree.Name):
+            raise self.wrong(field, node, place)
+        if node.text in elements:
+            return node.text
+        meant = foreign_aliases.CELLS.get(node.text)
+        close = meant if meant in elements else slip(node.text, elements)
+        hint = did_you_mean(close) if close else "elements: " + ", ".join(elements)
+        raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
+
+
+def _unit(axis: str, sign: float) -> tuple[float, ...]:
+    return tuple(sign if name == axis else 0.0 for name in "xyz")

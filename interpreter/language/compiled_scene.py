@@ -1,0 +1,199 @@
+"""A compiled scene: typed objects in SI, each with the text it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from functools import cached_property
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.tree import Span
+from softmark.interpreter.language.expression_evaluation import Value
+from softmark.interpreter.language.field_schema import Constructor, Interval, Vocabulary
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.scene_sources import ModuleTable
+
+RIGID = "rigid"  # the constructor of bodies that nothing deforms
+
+
+@dataclass(frozen=True)
+class Location:
+    """A span of a source."""
+
+    source: Source
+    span: Span
+
+    @property
+    def text(self) -> str:
+        """What stands there."""
+        return self.source.text[self.span.start : self.span.end]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """`param L = 178 mm`, evaluated; `text` is the expression that gave the value."""
+
+    name: str
+    value: Value
+    text: str
+    location: Location
+    overridden: bool = False
+    interval: Interval | None = None  # the range that the scene declares for it, SI
+
+
+@dataclass(frozen=True)
+class Declared:
+    """`kind name = constructor(...)`, built: `thing` is an instance of the constructor's class."""
+
+    kind: str
+    name: str
+    constructor: Constructor
+    thing: Any
+    location: Location
+    fields: Mapping[str, Location] = field(default_factory=dict)  # where each given field stands
+    name_at: Location | None = None
+
+    def value(self, name: str) -> Any:
+        """Of the field that scenes call `name`, None where it has none of this name."""
+        known = self.constructor.field(name)
+        return None if known is None else getattr(self.thing, known.attribute)
+
+    def at(self, name: str = "") -> Location:
+        """Where a field is given, or else the name that is declared."""
+        return self.fields.get(name, self.name_at or self.location)
+
+    def contains(self, found: Diagnostic) -> bool:
+        """Whether a diagnostic points into it, or into an override of one of its fields."""
+        span, source = found.span, found.source
+        if span is None:
+            return False
+        places = (self.location, *self.fields.values())
+        return any(at.source is source and at.span.start <= span.start < at.span.end for at in places)
+
+
+def rigid(declared: Declared) -> bool:
+    """Whether it is a rigid body."""
+    return declared.constructor.name == RIGID
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """`expect rod.eta < 5 %`."""
+
+    node: tree.Expression
+    location: Location
+
+    @property
+    def text(self) -> str:
+        """The condition as written, on one line."""
+        return " ".join(self.location.text.removeprefix("expect").split())
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was made of texts without an error: a variation of them makes again only what it touches.
+
+    `needs` has the names that the text of a parameter or a declaration mentions: its direct dependencies only, for
+    closures of long chains would grow with the square of the text.
+    """
+
+    parameters: Mapping[str, Parameter]
+    declared: Mapping[str, Declared]
+    needs: Mapping[str, frozenset[str]]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that a scene declares, in the order of its text; names from `use` have their prefix."""
+
+    title: str
+    source: Source
+    path: str | None  # of the file, None for text
+    parameters: Mapping[str, Parameter]
+    declared: Mapping[str, Declared]
+    expectations: tuple[Expectation, ...]
+    overrides: tuple[str, ...] = ()  # as given: `L=120mm`
+    unused: Mapping[str, Location] = field(default_factory=dict)
+    table: ModuleTable | None = field(default=None, repr=False, compare=False)  # what it was compiled from
+    chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
+    varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
+    made: Made | None = field(default=None, repr=False, compare=False)  # None of one with errors
+    state: int | None = (
+        None  # which state of its analysis it is in (`scene_states.py`); None of all, or of the only one
+    )
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """What its texts could declare. Raises ValueError of a scene that does not know its texts."""
+        if self.table is None:
+            raise ValueError("the scene does not know its texts")
+        return self.table.vocabulary
+
+    def of_kind(self, kind: str) -> dict[str, Declared]:
+        """The scene's own declarations of a kind, without those that come from `use`; rigid bodies are no bodies here.
+
+        They are of the kind RIGID: what is asked of bodies is asked of what deforms.
+        """
+        return self._kinds.get(kind, {})
+
+    def asked(self, kind: str) -> dict[str, Declared]:
+        """Those of a kind, without models that were not asked for."""
+        own = self.of_kind(kind)
+        return {n: d for n, d in own.items() if n in self.chosen} if self.chosen and kind == "model" else own
+
+    @cached_property
+    def known(self) -> dict[Any, Any]:
+        """What was worked out of it, by who asked: cases, and itself with other values. Each is found once."""
+        return {}
+
+    @cached_property
+    def _kinds(self) -> dict[str, dict[str, Declared]]:
+        found: dict[str, dict[str, Declared]] = {}
+        for name, declared in self.declared.items():
+            if "." not in name:
+                kind = RIGID if rigid(declared) else declared.kind
+                found.setdefault(kind, {})[name] = declared
+        return found
+
+    def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
+        """Supports or loads that act on a body, in the order of the text: its own, and those of no body."""
+        found = self._acting.get((kind, body), []) + self._acting.get((kind, None), [])
+        return tuple(declared for _, declared in sorted(found, key=itemgetter(0)))
+
+    @cached_property
+    def _acting(self) -> dict[tuple[str, str | None], list[tuple[int, Declared]]]:
+        found: dict[tuple[str, str | None], list[tuple[int, Declared]]] = {}
+        for kind in ("support", "load", "contact"):
+            for place, declared in enumerate(self.of_kind(kind).values()):
+                found.setdefault((kind, declared.value("body")), []).append((place, declared))
+        return found
+
+
+class SceneError(Exception):
+    """A scene, or an override of it, is in error: `diagnostics` says where and how to mend it.
+
+    Its text is what a terminal shows; IPython and Jupyter show that and no traceback.
+    """
+
+    def __init__(self, diagnostics: list[Diagnostic]) -> None:
+        self.diagnostics = diagnostics
+        super().__init__(self._shown(colour=False))
+
+    def _shown(self, colour: bool) -> str:
+        """How many there are and where to read more, and then each."""
+        from softmark.grammar.diagnostic import render, summary
+
+        more = f"; more: dsl explain {self.diagnostics[0].code}" if self.diagnostics else ""
+        return f"{summary(self.diagnostics)}{more}\n\n{render(self.diagnostics, colour)}"
+
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows in place of a traceback."""
+        return [self._shown(colour=True) if self.diagnostics else f"{type(self).__name__}: {self}"]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.diagnostics,)

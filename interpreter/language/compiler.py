@@ -1,0 +1,304 @@
+"""From a syntax tree to a scene: names resolved, dimensions and ranges checked, everything in SI.
+
+Whatever is wrong is collected, and compiling goes on: one pass reports all errors that do not follow from
+another.
+"""
+
+from __future__ import annotations
+
+import copyreg
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Source, did_you_mean
+from softmark.grammar.name_suggestions import nearest
+from softmark.interpreter.language import (
+    field_schema,
+    foreign_aliases,
+    parameter_evaluation,
+    parameter_overrides,
+    scene_sources,
+)
+from softmark.interpreter.language.call_binding import Binder
+from softmark.interpreter.language.compiled_scene import Declared, Expectation, Location, Made, Scene, SceneError
+from softmark.interpreter.language.expectation_conditions import Expectations
+from softmark.interpreter.language.expression_evaluation import Bad, Place, describe
+from softmark.interpreter.language.field_schema import Vocabulary
+from softmark.interpreter.language.foreign_words import meaning, slip
+from softmark.interpreter.language.message_limit import Ledger
+from softmark.interpreter.language.name_scope import Scope
+from softmark.interpreter.language.parameter_overrides import Override
+from softmark.interpreter.language.scene_sources import Module, ModuleTable, Symbol
+from softmark.interpreter.language.scene_states import in_state, states_of
+
+STATEMENTS = ("param", "use", "expect", "scene")
+DEEPEST = 80  # declarations that refer to one another in a row
+KEPT = 200  # variations of a scene: a check compiles no more of a sweep, and each holds tens of kilobytes
+
+
+def compile_scene(
+    source: Source, folder: Path, file: Path | None, replacements: Sequence[str], vocabulary: Vocabulary
+) -> tuple[Scene, list[Diagnostic]]:
+    """The scene of a text in a vocabulary, and all diagnostics; it is complete only if none of them is an error."""
+    diagnostics, given = Ledger(), list[Override]()
+    table = scene_sources.ModuleTable(vocabulary)
+    with diagnostics.bounded():
+        scene_sources.load(table, source, folder, file, diagnostics)
+        _unknown_kinds(table)
+        given = parameter_overrides.read(replacements, diagnostics)
+    return _compiled(table, str(file) if file else None, given, diagnostics, tuple(replacements))
+
+
+def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """The scene with further overrides, and all diagnostics; made once of each, and no text is parsed again."""
+    if scene.table is None:
+        raise ValueError("the scene does not know its texts")
+    kept: dict[tuple[Any, ...], tuple[Scene, list[Diagnostic]]] = scene.known.setdefault(recompiled, {})
+    key = tuple((o.text, o.written, o.place.source.name, o.name_span, o.node.span) for o in more)
+    if key not in kept:
+        made = _recompiled(scene, scene.table, more)
+        if scene.varied or len(kept) == KEPT:
+            return made
+        kept[key] = made
+    other, diagnostics = kept[key]
+    return other, list(diagnostics)
+
+
+def _recompiled(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    diagnostics = Ledger()
+    table = known.again(diagnostics)
+    added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
+    varied = tuple(o.text for o in more)
+    texts = (*scene.overrides, *varied)
+    given = parameter_overrides.read(scene.overrides, diagnostics) + added
+    other, found = _compiled(table, scene.path, given, diagnostics, texts, scene.made)
+    other = replace(other, chosen=scene.chosen, varied=scene.varied + varied)
+    return _as(scene.state, other), found
+
+
+def _as(state: int | None, scene: Scene) -> Scene:
+    """The scene in a state that another is in, as far as it has as many."""
+    return scene if state is None or state >= len(states_of(scene)) else in_state(scene, state)
+
+
+def _reduced(scene: Scene) -> tuple[Any, ...]:
+    """Conditions are functions, which cannot be pickled: the texts can, and are compiled again."""
+    if scene.table is None:
+        return Scene, tuple(getattr(scene, f.name) for f in fields(scene))
+    return restored, (scene.table, scene.path, scene.overrides, scene.chosen, scene.state)
+
+
+copyreg.pickle(Scene, _reduced)
+
+
+def restored(
+    table: ModuleTable, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...], state: int | None = None
+) -> Scene:
+    """The scene of texts that were parsed before, in another process or for a copy. Raises SceneError."""
+    diagnostics = Ledger()
+    known = table.again(diagnostics)
+    scene, found = _compiled(known, path, parameter_overrides.read(texts, diagnostics), diagnostics, texts)
+    if errors := [d for d in found if d.severity == "error"]:  # a file that it names is no longer there
+        raise SceneError(errors)
+    return _as(state, replace(scene, chosen=chosen))
+
+
+def _compiled(
+    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...],
+    known: Made | None = None,
+) -> tuple[Scene, list[Diagnostic]]:  # fmt: skip
+    scope = Scope(table, known=known)
+    compiler = Compiler(scope, {})
+    main = table.modules[0]
+    title = ""
+    with diagnostics.bounded():
+        compiler.replaced = parameter_overrides.assigned(given, table)
+        scope.touched = frozenset(n for name in compiler.replaced for n in (name, name.rpartition(".")[0]))
+        title = _title(main)
+        if not diagnostics.full:
+            parameter_evaluation.evaluate(scope, compiler.replaced)
+            compiler.run()
+    values = {n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None}
+    declared = {n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None}
+    scene = Scene(
+        title=title,
+        source=main.source,
+        path=path,
+        parameters=values,
+        declared=declared,
+        expectations=tuple(compiler.expectations),
+        overrides=texts,
+        unused=_unused(scope),
+        table=table,
+        made=None if diagnostics else Made(values, declared, scope.needs),
+    )
+    return scene, diagnostics.closed()
+
+
+def _title(module: Module) -> str:
+    titles = [d for d in module.tree.declarations if isinstance(d, tree.Title)]
+    for extra in titles[1:]:
+        module.place.fail("E208", extra.span, "the scene has two titles", "the second title", "keep one of them")
+    return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
+
+
+def _unused(scope: Scope) -> dict[str, Location]:
+    """The scene's own names that nothing refers to, and where they are declared."""
+    own = {n: s for n, s in scope.table.symbols.items() if "." not in n and n not in scope.used}
+    found = {n: Location(s.module.source, s.node.name_span) for n, s in own.items()}
+    reached = {n.split(".")[0] for n in scope.used if "." in n}
+    main = scope.table.modules[0]
+    aliases = {n: use for n, use in scope.table.aliases.items() if "." not in n and n not in reached}
+    return found | {n: Location(main.source, use.alias_span) for n, use in aliases.items()}
+
+
+def _unknown_kinds(table: ModuleTable) -> None:
+    """Report declarations of a kind that does not exist, and take them out of the table."""
+    for name, symbol in list(table.symbols.items()):
+        node = symbol.node
+        if isinstance(node, tree.Declare) and node.kind not in table.vocabulary:
+            _unknown_kind(table.vocabulary, node, symbol.module.place)
+            table.broken.add(name)
+            del table.symbols[name]
+
+
+def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> None:
+    kinds = (*vocabulary, *STATEMENTS)
+    meant = foreign_aliases.WORDS.get(node.kind, node.kind)
+    made = next((c.kind for c in vocabulary.find(meant)), None)
+    close = meant if meant in kinds else slip(node.kind, kinds)
+    if made:
+        words = f"`{meant}` makes {field_schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+        called = isinstance(node.value, tree.Call) and node.value.function.text == meant
+        hint: str | Remedy = Remedy(words, Fix(made) if called else None)
+    else:
+        known = meaning(node.kind) or "kinds of declarations: " + ", ".join(kinds)
+        hint = did_you_mean(close) if close else known
+    place.fail("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
+
+
+@dataclass
+class Compiler:
+    """Builds declarations, each after those that it refers to; what was made before and is the same, it takes."""
+
+    scope: Scope
+    replaced: Mapping[str, Override]  # by parameter, or by `declared.field`
+    declared: dict[str, Declared | None] = field(default_factory=dict)  # None: in error
+    expectations: list[Expectation] = field(default_factory=list)
+    _open: list[str] = field(default_factory=list)  # names being resolved, to find circles
+
+    @property
+    def table(self) -> ModuleTable:
+        """All names and modules."""
+        return self.scope.table
+
+    def run(self) -> None:
+        """Compile every declaration of every module, and the expectations of the scene itself."""
+        for name, symbol in self.table.symbols.items():
+            if isinstance(symbol.node, tree.Declare):
+                try:
+                    self.declaration(name)
+                except Bad:
+                    continue
+        self._expectations()
+
+    # ------------------------------------------------------------------ declarations
+
+    def declaration(self, full: str) -> Declared:
+        """A declaration by its full name, with everything that it refers to. Raises Bad."""
+        if full in self.declared:
+            known = self.declared[full]
+            if known is None:
+                raise Bad
+            return known
+        symbol = self.table.symbols[full]
+        if len(self._open) >= DEEPEST:
+            raise symbol.module.place.fail(
+                "E210", symbol.node.name_span,
+                f"more than {DEEPEST} declarations refer to one another in a row", "too deep",
+                "declare what others refer to before them",
+            )  # fmt: skip
+        if self.scope.known is not None and self.scope.same(full):
+            self.declared[full] = made = self.scope.known.declared[full]
+            return made
+        self.declared[full] = None
+        self._open.append(full)
+        try:
+            with self.scope.following(full):
+                self.declared[full] = made = self._declaration(full, symbol)
+        finally:
+            self._open.pop()
+        return made
+
+    def _declaration(self, full: str, symbol: Symbol) -> Declared:
+        node, module = symbol.node, symbol.module
+        if not isinstance(node, tree.Declare):
+            raise Bad
+        if isinstance(node.value, tree.Name):
+            return self._alias(full, node, node.value, module)
+        if not isinstance(node.value, tree.Call):
+            found = describe(node.value)
+            raise module.place.fail(
+                "E207", node.value.span, f"expected {field_schema.article(node.kind)} {node.kind}, found {found}",
+                found,
+                f"constructors of {field_schema.plural(node.kind)}: " + ", ".join(self.table.vocabulary[node.kind]),
+            )  # fmt: skip
+        constructor, thing, places = Binder(self, module, full).call(node.kind, node.value)
+        location, name = Location(module.source, node.span), Location(module.source, node.name_span)
+        return Declared(node.kind, full, constructor, thing, location, places, name)
+
+    def _alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
+        """`material soft = tissue.liver`: another name for the same thing."""
+        known = module.prefix + name.text in self.table.symbols
+        known_words = self.table.vocabulary[node.kind]
+        close = name.text if name.text in known_words else slip(name.text, known_words)
+        if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
+            raise module.place.fail(
+                "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",
+                f"write `{close}(...)`, with the fields that it needs; see `dsl explain {close}`",
+            )  # fmt: skip
+        target = self.named(name, node.kind, module, module.place)
+        location, own = Location(module.source, node.span), Location(module.source, node.name_span)
+        return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
+
+    def named(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
+        """The declaration that a name stands for, which must be of a kind, or of those `also` taken. Raises Bad."""
+        symbol = self.scope.resolve(name, module, place, kind)
+        found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
+        if found not in (kind, *also):
+            others = self.scope.names(module, [kind])
+            hint = f"declare one: `{kind} NAME = ...`"
+            if others:
+                hint = f"declared {field_schema.plural(kind)}: {field_schema.listed(others)}"
+            raise place.fail(
+                "E213", name.span, f"expected {field_schema.article(kind)} {kind}, found the {found} `{name.text}`",
+                f"{field_schema.article(found)} {found}", hint,
+            )  # fmt: skip
+        full = module.prefix + name.text
+        if full in self._open:
+            self._circle(full, name, place)
+        return self.declaration(full)
+
+    def _circle(self, full: str, name: tree.Name, place: Place) -> None:
+        members = self._open[self._open.index(full) :]
+        problem = f"declarations refer to each other in a circle: {' -> '.join([*members, full])}"
+        if len(members) == 1:
+            problem = f"`{full}` refers to itself"
+        place.fail("E210", name.span, problem, "closes the circle", "one of them needs a call of its own")
+
+    # ------------------------------------------------------------------ expectations
+
+    def _expectations(self) -> None:
+        main = self.table.modules[0]
+        checker = Expectations(self, main)
+        for node in main.tree.declarations:
+            if isinstance(node, tree.Expect):
+                location = Location(main.source, node.span)
+                try:
+                    checker.check(node.condition)
+                except Bad:
+                    continue
+                self.expectations.append(Expectation(node.condition, location))

@@ -1,0 +1,389 @@
+"""Evaluating expressions: numbers with dimensions, and vectors; selections.py has conditions on coordinates.
+
+Whatever cannot be evaluated puts one diagnostic into the list and raises Bad; the caller goes on with the
+next field.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, Second, Source, did_you_mean, remedied
+from softmark.grammar.name_suggestions import nearest
+from softmark.grammar.tree import Span
+from softmark.interpreter.language import field_schema, foreign_aliases, quotient_warnings, units
+from softmark.interpreter.language.field_schema import Vocabulary
+from softmark.interpreter.language.units import ANGLE, NONE, Dimension
+from softmark.records import dataclass
+
+
+class Bad(Exception):
+    """Something could not be evaluated; the diagnostic is already in the list."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number in SI. Not a number where the value is known only after a run (expectations)."""
+
+    value: float
+    dimension: Dimension
+
+
+@dataclass(frozen=True)
+class VectorValue:
+    """Components in SI, of one dimension."""
+
+    values: tuple[float, ...]
+    dimension: Dimension
+
+
+Value = Quantity | VectorValue
+V = TypeVar("V", Quantity, VectorValue, Value)
+
+
+@dataclass
+class Place:
+    """Where the text being evaluated comes from, and the list that collects what is wrong with it."""
+
+    source: Source
+    diagnostics: list[Diagnostic]
+
+    def fail(
+        self, code: str, span: Span, message: str, label: str = "", help: str | Remedy = "",
+        also: tuple[Second, ...] = (),
+    ) -> Bad:  # fmt: skip
+        """Record an error; the caller raises what this returns."""
+        remedy = remedied(help)
+        found = Diagnostic(code, message, self.source, span, label, remedy.help, also=also, fix=remedy.fix)
+        self.diagnostics.append(found)
+        return Bad(message)
+
+
+# name: (function, dimension of its argument, None for any, and of its value, None for the argument's)
+FUNCTIONS: dict[str, tuple[Callable[[float], float], Dimension | None, Dimension | None]] = {
+    "abs": (abs, None, None),
+    "sin": (math.sin, ANGLE, NONE),
+    "cos": (math.cos, ANGLE, NONE),
+    "tan": (math.tan, ANGLE, NONE),
+    "exp": (math.exp, NONE, NONE),
+    "log": (math.log, NONE, NONE),
+}
+SPECIAL = ("sqrt", "min", "max")
+CONSTANTS = {"pi": math.pi}
+COORDINATES = ("x", "y", "z")
+HIGHEST = 99  # power of a unit
+PREDEFINED = frozenset((*FUNCTIONS, *SPECIAL, *CONSTANTS, *COORDINATES, "yes", "no"))
+
+Lookup = Callable[[tree.Name], Value]
+At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # of the name before `.at`, and what stands in brackets
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """Evaluates expressions of one text; `lookup` resolves names and raises Bad where there is none."""
+
+    place: Place
+    lookup: Lookup
+    vocabulary: Vocabulary
+    at: At | None = None  # of expectations: what `model.metric.at(12.5 %)` comes to
+
+    def quantity(self, node: tree.Expression) -> Quantity:
+        """A number with its dimension."""
+        value = self.value(node)
+        if isinstance(value, Quantity):
+            return value
+        raise self.place.fail("E207", node.span, "expected a single number, found a vector", "a vector",
+                              "give one number; a vector has no order and no single value")  # fmt: skip
+
+    def value(self, node: tree.Expression) -> Value:
+        """A number or a vector."""
+        match node:
+            case tree.Number():
+                return self._number(node)
+            case tree.Name():
+                return self._name(node)
+            case tree.Vector():
+                return self._vector(node)
+            case tree.Unary(operator="-", operand=operand):
+                value = self.value(operand)
+                return _map(lambda c: -c, value, value.dimension)
+            case tree.Unary(operator="+", operand=operand):
+                return self.value(operand)
+            case tree.Binary(operator=op) if op not in ("and", "or"):
+                return self._binary(node)
+            case tree.Call():
+                return self._call(node)
+        help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
+        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number", help)
+
+    def _name(self, node: tree.Name) -> Value:
+        if node.text in CONSTANTS:
+            return Quantity(CONSTANTS[node.text], NONE)
+        if node.text in COORDINATES:
+            help = "coordinates stand in conditions, such as `where = x <= 0 mm`, and in directions"
+            problem = f"the coordinate `{node.text}` has no value here"
+            raise self.place.fail("E213", node.span, problem, "a coordinate", help)
+        if node.text in ("yes", "no"):
+            help = "`yes` and `no` are the values of switches, such as `shear = no`"
+            problem = f"expected a number, found `{node.text}`"
+            raise self.place.fail("E207", node.span, problem, "not a number", help)
+        return self.lookup(node)
+
+    def measure(self, unit: tree.Unit) -> units.Measure:
+        """The unit's factor and dimension."""
+        try:
+            return units.parse(unit.text)
+        except units.UnitError as error:
+            meant = error.mended(unit.text)
+            remedy = Remedy(error.remedy, Fix(meant) if meant else None)
+            raise self.place.fail("E209", unit.span, error.problem, help=remedy) from None
+
+    def _number(self, node: tree.Number) -> Quantity:
+        if node.unit is None:
+            return Quantity(node.value, NONE)
+        return self._in_unit(Quantity(node.value, NONE), self.measure(node.unit), node.span)
+
+    def _in_unit(self, plain: Quantity, measure: units.Measure, span: Span) -> Quantity:
+        """A plain number with a unit behind it."""
+        value = self._finite(Quantity(plain.value * measure.factor, measure.dimension), span)
+        return self._kept(value, plain.value != 0.0, span)
+
+    def _finite(self, value: V, span: Span) -> V:
+        """The value itself, if double precision can hold it; the value of an expectation is not known yet."""
+        if any(map(math.isinf, components(value))):
+            raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
+        if any(abs(n) > HIGHEST for n in value.dimension):
+            raise self.place.fail("E219", span, "the power of its unit is too large", f"powers go up to {HIGHEST}")
+        return value
+
+    def _kept(self, value: V, meant: bool, span: Span) -> V:
+        """The value itself, unless it became zero where it is not `meant` to be."""
+        if meant and not any(components(value)):
+            raise self.place.fail("E219", span, "the number is too small", "numbers go down to 4.9e-324",
+                                  "a zero that is meant is written `0`")  # fmt: skip
+        return value
+
+    def values(self, node: tree.List) -> VectorValue:
+        """The numbers of a list, of one dimension; it may have one item."""
+        return self._vector(node)
+
+    def _vector(self, node: tree.Vector | tree.List) -> VectorValue:
+        items = [self.quantity(item) for item in node.items]
+        if node.unit is not None:
+            measure = self.measure(node.unit)
+            # the unit belongs to the items that are plain numbers
+            items = [
+                self._in_unit(q, measure, item.span) if q.dimension == NONE else q
+                for q, item in zip(items, node.items, strict=True)
+            ]
+        for q, item in zip(items, node.items, strict=True):
+            if q.dimension != items[0].dimension:
+                first, other = units.named(items[0].dimension), units.named(q.dimension)
+                problem = f"the components of a vector differ in dimension: {first} and {other}"
+                help = quotient_warnings.remedy(item, self.place.source.text, q.dimension, items[0].dimension) or (
+                    "give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`"
+                )
+                raise self.place.fail("E218", item.span, problem, other, help)
+        return VectorValue(tuple(q.value for q in items), items[0].dimension if items else NONE)
+
+    def _binary(self, node: tree.Binary) -> Value:
+        left, right = self.value(node.left), self.value(node.right)
+        try:
+            value = self._finite(self._combine(node, left, right), node.span)
+            factors = {"*": (left, right), "/": (left,), "^": (left, right)}.get(node.operator, ())
+            return self._kept(value, bool(factors) and all(any(components(f)) for f in factors), node.span)
+        except ZeroDivisionError:
+            raise self.place.fail("E219", node.span, "this divides by zero") from None
+        except (OverflowError, ValueError):
+            raise self.place.fail("E219", node.span, "this has no finite value") from None
+
+    def _combine(self, node: tree.Binary, left: Value, right: Value) -> Value:
+        a, b = left.dimension, right.dimension
+        match node.operator:
+            case "+" | "-" if a == b and len(components(left)) == len(components(right)):
+                sign = 1 if node.operator == "+" else -1
+                return _zip(left, right, sign)
+            case "*" if isinstance(right, Quantity):
+                return _map(lambda c: c * right.value, left, units.times(a, b))
+            case "*" if isinstance(left, Quantity):
+                return _map(lambda c: c * left.value, right, units.times(a, b))
+            case "/" if isinstance(right, Quantity):
+                return _map(lambda c: c / right.value, left, units.times(a, b, -1))
+            case "^" if isinstance(left, Quantity) and isinstance(right, Quantity) and b == NONE:
+                return self._power(node, left, right)
+        raise self.unlike(node, left, right)
+
+    def unlike(self, node: tree.Binary, left: Value, right: Value) -> Bad:
+        """Record operands that do not go together."""
+        a, b = words(left), words(right)
+        sides = "both sides have the same dimension; a number without a unit is a plain number"
+        problem, help = {
+            "+": (f"cannot add {a} and {b}", sides),
+            "-": (f"cannot subtract {b} from {a}", sides),
+            "*": (f"cannot multiply {a} by {b}", "one of the two must be a single number"),
+            "/": (f"cannot divide {a} by {b}", "divide by a single number"),
+            "^": (f"cannot raise {a} to the power of {b}", "an exponent is a plain number"),
+        }[node.operator]
+        return self.place.fail("E218", node.span, problem, help=help)
+
+    def _power(self, node: tree.Binary, base: Quantity, exponent: Quantity) -> Quantity:
+        n = exponent.value
+        if base.dimension != NONE and n != int(n):
+            raise self.place.fail(
+                "E218", node.span, "a quantity with a unit can be raised to whole powers only",
+                "its unit would have no name",
+                "take a square root with `sqrt(...)`, or divide by a unit first: `(L / 1 mm)^0.5`",
+            )  # fmt: skip
+        if abs(n) > 99 and base.dimension != NONE:
+            raise self.place.fail("E219", node.span, "the power is too large", "more than 99")
+        dimension = units.power(base.dimension, int(n)) if base.dimension != NONE else NONE
+        value = base.value**n
+        if isinstance(value, complex):
+            raise ValueError
+        return Quantity(value, dimension)
+
+    def _call(self, node: tree.Call) -> Value:
+        name = node.function.text
+        owner = before_at(node) if self.at is not None else None
+        self.callable(node, known=owner is not None)
+        arguments = [self.quantity(a.value) for a in node.arguments]
+        if owner is not None and self.at is not None and len(arguments) == 1:
+            return self.at(owner, node.arguments[0].value, arguments[0])
+        if name in ("min", "max"):
+            self.alike(node, [q.dimension for q in arguments])
+            return (min if name == "min" else max)(arguments, key=lambda q: q.value)
+        self.single(node)
+        return self._finite(self._apply(node, name, arguments[0]), node.span)
+
+    def callable(self, node: tree.Call, known: bool = False) -> None:
+        """Refuse a function that there is not, and one without plain values. Raises Bad."""
+        name = node.function.text
+        if name not in FUNCTIONS and name not in SPECIAL and not known:
+            raise self._unknown_function(node)
+        if any(a.name for a in node.arguments) or not node.arguments:
+            raise self.place.fail("E211", node.span, f"`{name}` takes plain values, without names",
+                                  "no value to take",
+                                  f"write `{name}(a)`")  # fmt: skip
+
+    def single(self, node: tree.Call) -> None:
+        """Refuse more than one value. Raises Bad."""
+        if len(node.arguments) != 1:
+            name = node.function.text
+            raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(node.arguments)}",
+                                  "too many values",
+                                  f"write `{name}(a)`")  # fmt: skip
+
+    def _unknown_function(self, node: tree.Call) -> Bad:
+        name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
+        listed = "functions: " + ", ".join(all_functions)
+        if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
+            found = f"{field_schema.article(kinds[0])} {kinds[0]}"
+            if kinds[0] == "course":
+                listed = f"a load or a support takes it as a field of its own: `course = {name}(...)`"
+            return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
+        close = None if name in foreign_aliases.FUNCTIONS else nearest(name, all_functions)
+        hint = did_you_mean(close) if close else foreign_aliases.FUNCTIONS.get(name) or listed
+        return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
+
+    def alike(self, node: tree.Call, dimensions: Sequence[Dimension]) -> None:
+        """Refuse to compare values of several dimensions. Raises Bad."""
+        due = dimensions[0]
+        for dimension, argument in zip(dimensions, node.arguments, strict=True):
+            if dimension != due:
+                one, other = units.named(due), units.named(dimension)
+                raise self.place.fail("E218", argument.span,
+                                      f"`{node.function.text}` cannot compare {one} with {other}",
+                                      other,
+                                      "give all values of one dimension")  # fmt: skip
+
+    def _apply(self, node: tree.Call, name: str, q: Quantity) -> Quantity:
+        try:
+            if name == "sqrt":
+                return self._square_root(q, node.arguments[0].span)
+            gives = self.gives(node, q.dimension)
+            return Quantity(FUNCTIONS[name][0](q.value), gives)
+        except (ValueError, OverflowError):
+            shown = units.show(q.value, q.dimension)
+            raise self.place.fail("E219", node.span, f"`{name}` has no finite value for {shown}") from None
+
+    def gives(self, node: tree.Call, dimension: Dimension) -> Dimension:
+        """The dimension of one of FUNCTIONS of a value that has this one. Raises Bad."""
+        name = node.function.text
+        _, takes, gives = FUNCTIONS[name]
+        if takes is not None and dimension != takes:
+            found, due = units.named(dimension), units.named(takes)
+            remedy = f"give it in {units.usual(takes)}" if takes != NONE else "divide by a unit"
+            help = f"`{name}` takes {due}: {remedy}"
+            raise self.place.fail("E204", node.arguments[0].span, f"expected {due}, found {found}", found, help)
+        return dimension if gives is None else gives
+
+    def _square_root(self, q: Quantity, span: Span) -> Quantity:
+        return Quantity(math.sqrt(q.value), self.halved(q.dimension, span))
+
+    def halved(self, dimension: Dimension, span: Span) -> Dimension:
+        """The dimension of a square root."""
+        if any(n % 2 for n in dimension):
+            what = units.named(dimension)
+            raise self.place.fail("E218", span, f"the square root of {what} has no whole unit", what,
+                                  "take the root of a product of even powers, such as an area")  # fmt: skip
+        return tuple(n // 2 for n in dimension)  # type: ignore[return-value]
+
+
+def before_at(node: tree.Call) -> tree.Name | None:
+    """`rod.eta` of `rod.eta.at(12.5 %)`; None of any other call."""
+    parts, span = node.function.parts, node.function.span
+    if len(parts) < 2 or parts[-1] != "at":
+        return None
+    return tree.Name(parts[:-1], replace(span, end=span.end - 3, end_column=span.end_column - 3))
+
+
+def describe(node: tree.Expression) -> str:
+    """What stands there, in words: `a number`, `a text`, `a list`."""
+    match node:
+        case tree.Call():
+            return f"`{node.function.text}(...)`"
+        case tree.Name():
+            return f"the name `{node.text}`"
+        case tree.Unary(operator="not") | tree.Binary(operator="and" | "or") | tree.Compare():
+            return "a condition"
+        case tree.Unary(operand=tree.Number()):
+            return "a number"
+        case _:
+            return _DESCRIBED.get(type(node), "an expression")
+
+
+_DESCRIBED: dict[type[object], str] = {
+    tree.Number: "a number", tree.String: "a text", tree.Vector: "a vector", tree.List: "a list",
+}  # fmt: skip
+
+
+def words(value: Value) -> str:
+    """`a length`, `a vector of lengths`: what a value is, for messages."""
+    one = units.named(value.dimension)
+    if isinstance(value, Quantity):
+        return one
+    plural = {"a plain number": "plain numbers"}.get(one) or f"{one.split(' ', 1)[1]}s"
+    simple = re.fullmatch(r"[a-z ]+", plural) and " or " not in plural and " per " not in plural
+    return f"a vector of {plural}" if simple else f"a vector in {units.si(value.dimension)}"
+
+
+def components(value: Value) -> tuple[float, ...]:
+    """The numbers of a value, in SI."""
+    return (value.value,) if isinstance(value, Quantity) else value.values
+
+
+def _map(f: Callable[[float], float], value: Value, dimension: Dimension) -> Value:
+    if isinstance(value, Quantity):
+        return Quantity(f(value.value), dimension)
+    return VectorValue(tuple(f(v) for v in value.values), dimension)
+
+
+def _zip(a: Value, b: Value, sign: int) -> Value:
+    if isinstance(a, Quantity) and isinstance(b, Quantity):
+        return Quantity(a.value + sign * b.value, a.dimension)
+    return VectorValue(tuple(x + sign * y for x, y in zip(components(a), components(b), strict=True)), a.dimension)

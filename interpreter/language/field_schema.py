@@ -1,0 +1,332 @@
+"""The vocabulary: what each constructor of the language is called, and what its fields may hold.
+
+Nothing is written twice: a constructor is a frozen dataclass, registered in the table of its package, whose
+annotations `Annotated[type, "UNIT in RANGE" or "KIND", "meaning"]` say all that checking, `dsl explain`,
+completion and the report need. To add a constructor: one class, one line in the table of its package.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from importlib import import_module
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.plugin_words import Plugin
+from softmark.interpreter.language.units import Dimension
+from softmark.ranges import Range
+from softmark.records import dataclass
+
+Form = Literal[
+    "quantity",
+    "vector",
+    "integer",
+    "flag",
+    "choice",
+    "text",
+    "file",
+    "files",
+    "texts",
+    "amount",
+    "amounts",
+    "direction",
+    "condition",
+    "components",
+    "name",
+    "names",
+    "list",
+    "points",
+    "value",
+    "target",
+    "targets",
+    "variants",
+    "vectors",
+    "pairs",
+    "each",
+    "fibres",
+]
+
+
+@dataclass(frozen=True)
+class Interval(Range):
+    """A range in SI, and how it is told."""
+
+    def words(self, dimension: Dimension) -> str:
+        """`greater than 0`, `between -1 and 0.5 (exclusive)`."""
+        low, high = (_bound(v, dimension) for v in (self.low, self.high))
+        if self.high == float("inf"):
+            return f"{'greater than' if self.low_open else 'at least'} {low}"
+        if self.low == -float("inf"):
+            return f"{'less than' if self.high_open else 'at most'} {high}"
+        ends = {(True, True): ", both excluded", (False, False): ", both included"}
+        one = f", {low if self.low_open else high} excluded"
+        return f"between {low} and {high}{ends.get((self.low_open, self.high_open), one)}"
+
+
+def _bound(value: float, dimension: Dimension) -> str:
+    return "0" if value == 0 else units.show(value, dimension)
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a constructor, as the language sees it."""
+
+    name: str  # as scenes write it
+    attribute: str  # as Python has it: `from_` for `from`
+    form: Form
+    doc: str
+    required: bool
+    default: Any
+    dimension: Dimension | None = None
+    interval: Interval | None = None
+    options: tuple[str, ...] = ()  # of a choice
+    kind: str = ""  # of a name: `body`; of a value: `material`
+    also: tuple[str, ...] = ()  # further kinds that a name may be of
+    folder: bool = False  # whether a file may be a folder
+    varies: bool = False  # whether it may be an expression of the coordinates, or read from a field
+
+    @property
+    def expected(self) -> str:
+        """What may stand here, for messages: `a pressure`, `small, corotational or finite`."""
+        if self.form in ("quantity", "vector") and self.dimension is not None:
+            one = units.named(self.dimension)
+            return one if self.form == "quantity" else f"three components, each {one}"
+        if self.form == "list" and self.dimension == units.NONE:
+            return "a list of plain numbers such as `[5, 12.5, 18.25] %`"
+        if self.form == "list" and self.dimension not in (None, units.LENGTH):
+            return f"a list of values such as `[1, 10] {units.si(self.dimension or units.NONE)}`"
+        if self.form == "choice":
+            *others, last = self.options
+            return f"{', '.join(others)} or {last}" if others else last
+        if self.form == "names":
+            return f"a list of {plural(self.kind)} such as `[a, b]`"
+        return _EXPECTED.get(self.form) or f"{article(self.kind)} {self.kind}"
+
+    @property
+    def meaning(self) -> str:
+        """The field and what it stands for, for messages."""
+        joint = " is" if re.match(r"(the|whether|how|which|where|what|[A-Z]\S*) ", self.doc) else ":"
+        return f"`{self.name}`{joint} {self.doc}"
+
+
+_EXPECTED = {
+    "integer": "a whole number",
+    "flag": "yes or no",
+    "text": "a text in double quotes",
+    "file": "a file name in double quotes",
+    "files": "a file name in double quotes, or a list of them",
+    "texts": "a text in double quotes, or a list of them",
+    "amount": "a quantity such as `1 mm` or `2 %`",
+    "amounts": "a quantity such as `53.4 mm`, or a list of them",
+    "direction": "a direction such as `-z` or `(0, 0, -1)`",
+    "condition": "a condition on the coordinates, such as `x <= 0 mm`",
+    "components": "components such as `x` or `(x, y)`",
+    "list": "a list of values such as `[10, 5, 2.5] mm`",
+    "points": "a list of points such as `[(0, 0), (10, 0), (0, 20)] mm`",
+    "target": "the name of a parameter, such as `h`, or of a field, such as `rod.segments`",
+    "targets": "a list of parameters and fields such as `[h, gel.poisson]`",
+    "variants": "a list of values such as `[10, 5, 2.5] mm`",
+    "vectors": "a list of points such as `[(0, 0, 0), (0, 0, 1)] m`",
+    "pairs": "a list of pairs of whole numbers such as `[(1, 2), (2, 3)]`",
+    "each": "a quantity, or a list of as many as there are",
+    "fibres": "a direction such as `+x`, expressions such as `(-y, x, 0 mm)`, or a rule such as `helix(...)`",
+}
+
+
+def article(word: str) -> str:
+    """`a` or `an`."""
+    return "an" if word[:1] in "aeiou" else "a"
+
+
+def plural(kind: str) -> str:
+    """`materials`, `bodies`, `analyses`."""
+    return _PLURALS.get(kind, f"{kind}s")
+
+
+_PLURALS = {
+    "body": "bodies", "analysis": "analyses", "published": "published values", "stiffness": "stiffnesses",
+    "study": "studies", "fibres": "fibres",
+}  # fmt: skip
+
+
+def listed(names: Sequence[str], most: int = 12) -> str:
+    """Names for a message, which says how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+@dataclass(frozen=True)
+class Constructor:
+    """A word of the vocabulary: its class, its kind and its fields in order."""
+
+    name: str
+    kind: str
+    cls: type[Any]
+    fields: tuple[Field, ...]
+
+    @property
+    def summary(self) -> str:
+        """The first line of the class's documentation."""
+        return (self.cls.__doc__ or "").strip().split("\n")[0]
+
+    def field(self, name: str) -> Field | None:
+        """The field that scenes call `name`."""
+        return self._named.get(name)
+
+    @cached_property
+    def _named(self) -> dict[str, Field]:
+        return {f.name: f for f in self.fields}
+
+
+REMEDY = "mend the plugin; `dsl conformance` tries all of it"
+
+
+class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
+    """Kind of declaration -> constructors: all that a scene can declare; a table is imported when it is asked for.
+
+    `places`: of each kind the module under `softmark` and the name of its table there, in the order in which
+    `dsl list` shows them. `elements`: the same of the constructors that take no arguments and stand as bare words.
+    `plugins` have further words, which stand behind ours.
+    """
+
+    def __init__(
+        self, places: Mapping[str, tuple[str, str]], elements: tuple[str, str], plugins: tuple[Plugin, ...] = ()
+    ) -> None:
+        self._places, self._elements, self.plugins = places, elements, plugins
+        self._made: dict[tuple[str, str], Constructor | None] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Vocabulary, (self._places, self._elements, self.plugins)
+
+    def plus(self, plugin: Plugin) -> Vocabulary:
+        """The same with the words of a plugin."""
+        return Vocabulary(self._places, self._elements, (*self.plugins, plugin))
+
+    def __getitem__(self, kind: str) -> Mapping[str, type[Any]]:
+        found: Mapping[str, type[Any]] = _table(*self._places[kind])
+        for plugin in self.plugins:
+            if kind in plugin.words:
+                found = {**found, **plugin.words[kind]}
+        return found
+
+    def __contains__(self, kind: object) -> bool:  # of Mapping, it would import the table
+        return kind in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def words(self) -> Mapping[str, type[Any]]:
+        """Constructors that take no arguments and stand as bare words: the elements."""
+        return _table(*self._elements)
+
+    def constructor(self, kind: str, name: str) -> Constructor | None:
+        """The constructor `name` of a kind, or None."""
+        if (kind, name) not in self._made:
+            cls = self.get(kind, {}).get(name)
+            made = None if cls is None else Constructor(name, kind, cls, self._chosen(kind, name, cls))
+            self._made[kind, name] = made
+        return self._made[kind, name]
+
+    def _chosen(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
+        """The fields of a word, with the choices that plugins add to them."""
+        found = _fields(cls)
+        for plugin in self.plugins:
+            more = {f: o for (k, n, f), o in plugin.choices.items() if (k, n) == (kind, name)}
+            if more:
+                found = tuple(dataclasses.replace(f, options=f.options + more.get(f.name, ())) for f in found)
+        return found
+
+    def owner(self, kind: str, name: str) -> Plugin | None:
+        """The plugin whose word this is, None of one of ours."""
+        return next((p for p in self.plugins if name in p.words.get(kind, ())), None)
+
+    def broken(self, kind: str, name: str) -> tuple[str, str, str] | None:
+        """Why a word of a plugin cannot be used: message, label and help; also where it may be one. None of others."""
+        for plugin in self.plugins:
+            if (why := plugin.broken.get((kind, name))) is not None:
+                message = f"`{name}` is a word of the plugin `{plugin.name}`, which is broken: {why}"
+                return message, "a broken word", REMEDY
+        unread = next((p for p in self.plugins if p.unread), None)
+        if unread is None:
+            return None
+        message = f"there is no {kind} `{name}`, unless the plugin `{unread.name}` has it: {unread.unread}"
+        return message, f"not {article(kind)} {kind}", REMEDY
+
+    def find(self, name: str) -> list[Constructor]:
+        """Every constructor with this name, whatever its kind."""
+        found = (self.constructor(kind, name) for kind in self)
+        return [c for c in found if c is not None]
+
+
+def _table(module: str, name: str) -> Mapping[str, type[Any]]:
+    found: Mapping[str, type[Any]] = getattr(import_module(f"softmark.{module}"), name)
+    return found
+
+
+def _fields(cls: type[Any]) -> tuple[Field, ...]:
+    hints = get_type_hints(cls, include_extras=True)
+    ordered = sorted(dataclasses.fields(cls), key=lambda f: bool(f.kw_only))  # a base's stand behind those of a class
+    described = (f for f in ordered if f.init and get_origin(hints[f.name]) is not None)  # others follow from these
+    varying = getattr(cls, "varying", ())
+    return tuple(_field(f, hints[f.name], f.name in varying) for f in described)
+
+
+def _field(f: dataclasses.Field[Any], hint: Any, varies: bool) -> Field:
+    base, *facts = get_args(hint)
+    spec, doc = facts if len(facts) == 2 else ("", facts[0])
+    required = f.default is dataclasses.MISSING
+    made = _shape(base, spec)
+    return Field(
+        f.name.rstrip("_"), f.name, doc=doc, required=required, default=None if required else f.default,
+        varies=varies, **made,
+    )  # fmt: skip
+
+
+def _shape(base: Any, spec: str) -> dict[str, Any]:
+    """The form of a field from its type and its specification."""
+    if get_origin(base) is Literal:
+        return {"form": "choice", "options": get_args(base)}
+    if base is bool:
+        return {"form": "flag"}
+    if spec in ("file", "file or folder"):
+        return {"form": "file", "folder": spec == "file or folder"}
+    if (form := spec.split(" in ")[0]) in ("amount", "amounts"):
+        return {"form": form, "interval": Interval.read(spec)}
+    if spec in ("direction", "condition", "components", "target", "targets", "variants", "files", "texts"):
+        return {"form": spec}
+    if base is str and not spec:
+        return {"form": "text"}
+    if base is int or int in get_args(base):
+        return {"form": "integer", "interval": Interval.read(spec)}
+    if spec == "fibres":
+        return {"form": spec, "kind": spec}
+    if spec in ("shape", "material", "element", "course", "stiffness"):
+        return {"form": "value", "kind": spec}
+    if spec in ("body", "support", "contact", "load", "reference", "probe", "analysis", "metric", "model", "study"):
+        return {"form": "name", "kind": spec}
+    if spec == "support or contact":
+        return {"form": "name", "kind": "support", "also": ("contact",)}
+    if spec == "reference or model":
+        return {"form": "name", "kind": "reference", "also": ("model",)}
+    if spec in ("models", "regions"):
+        return {"form": "names", "kind": spec.removesuffix("s")}
+    if spec == "values":
+        return {"form": "list"}
+    form, _, unit = spec.partition(" of ")
+    if form in ("points", "vectors", "pairs", "each"):
+        return {
+            "form": form,
+            "dimension": units.parse(unit.split(" in ")[0]).dimension,
+            "interval": Interval.read(unit),
+        }
+    listed, spec = spec.startswith("values of "), spec.removeprefix("values of ")
+    unit = spec.split(" in ")[0]
+    vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))
+    form = "list" if listed else "vector" if vector else "quantity"
+    return {"form": form, "dimension": units.parse(unit).dimension, "interval": Interval.read(spec)}

@@ -1,0 +1,39 @@
+"""What is said of a place in a scene: the one builder of messages for all that have found what they speak of."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy, remedied
+from softmark.grammar.tree import Span
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Location
+
+LEAVE_OUT = "leave it out"  # how a help begins by which the argument whose value stands at the place is to go
+_BEFORE = re.compile(r"(?:(,[ \t]*)|(\())([A-Za-z_]\w*[ \t]*=[ \t]*)\Z")
+_AFTER = re.compile(r"[ \t]*,[ \t]*")
+FAR = 200  # characters before a value in which its name stands
+
+
+def diagnostic(
+    code: str, at: Location, message: str, label: str = "", help: str | Remedy = "", notes: tuple[str, ...] = ()
+) -> Diagnostic:
+    """A message at a place: `label` stands under it, `help` says what to do, `notes` what else there is to know."""
+    remedy = remedied(help)
+    fix = remedy.fix or (without(at) if remedy.help.startswith(LEAVE_OUT) else None)
+    return Diagnostic(code, message, at.source, at.span, label, remedy.help, notes, fix=fix)
+
+
+def without(at: Location) -> Fix | None:
+    """What takes the argument away whose value stands at a place, with a comma; None where it has no name."""
+    text, span = at.source.text, at.span
+    named = _BEFORE.search(text[max(0, span.start - FAR) : span.start])
+    if named is None:
+        return None
+    behind = _AFTER.match(text, span.end) if named[2] else None  # the first of a call takes the comma behind it
+    width, more = len(named[0]) - len(named[2] or ""), len(behind[0]) if behind else 0
+    whole = Span(span.start - width, span.end + more, span.line, span.column - width,
+                 span.end_line, span.end_column + more)  # fmt: skip
+    return Fix("", whole)

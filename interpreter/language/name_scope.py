@@ -1,0 +1,179 @@
+"""What names stand for: parameters with their values, declarations, and what is said of all other names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Remedy, did_you_mean
+from softmark.grammar.name_suggestions import nearest
+from softmark.interpreter.language import field_schema, units
+from softmark.interpreter.language.compiled_scene import Made, Parameter
+from softmark.interpreter.language.expression_evaluation import COORDINATES, Bad, Evaluator, Place, Value
+from softmark.interpreter.language.field_schema import Vocabulary
+from softmark.interpreter.language.scene_sources import Module, ModuleTable, Symbol
+
+MOST_HINTS = 50  # unknown names of a scene that are looked into
+
+
+@dataclass
+class Scope:
+    """All names of a scene; `parameters` are filled in before anything else is looked up."""
+
+    table: ModuleTable
+    parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
+    used: set[str] = field(default_factory=set)  # full names that something refers to
+    needs: dict[str, frozenset[str]] = field(default_factory=dict)  # by name, those that its own text mentions
+    known: Made | None = None  # what was made of the same texts before, with other overrides
+    touched: frozenset[str] = frozenset()  # of what was made, what means something else now: it is overridden
+    _hints: int = 0  # unknown names so far
+    _mentioned: set[str] = field(default_factory=set)  # by what is being evaluated
+
+    @contextmanager
+    def following(self, full: str) -> Iterator[None]:
+        """Record the names that are referred to within as the direct dependencies of a name."""
+        outer, self._mentioned = self._mentioned, set()
+        try:
+            yield
+        finally:
+            self.needs[full] = frozenset(self._mentioned)
+            self._mentioned = outer
+
+    def use(self, full: str) -> None:
+        """Record that a name is referred to."""
+        self.used.add(full)
+        self._mentioned.add(full)
+
+    def same(self, full: str) -> bool:
+        """Return whether a name means what it meant before: neither it nor anything that it depends on is touched."""
+        if self.known is None or full in self._affected:
+            return False
+        self.needs[full] = needs = self.known.needs[full]
+        self.used |= needs
+        return True
+
+    @cached_property
+    def _affected(self) -> set[str]:
+        """Names of what was made before that depend on a touched name, directly or not, and the touched names."""
+        dependents: dict[str, list[str]] = {}
+        for name, needs in (self.known.needs if self.known is not None else {}).items():
+            for need in needs:
+                dependents.setdefault(need, []).append(name)
+        found, waiting = set(self.touched), list(self.touched)
+        while waiting:
+            for name in dependents.get(waiting.pop(), ()):
+                if name not in found:
+                    found.add(name)
+                    waiting.append(name)
+        return found
+
+    def evaluator(self, module: Module, place: Place | None = None) -> Evaluator:
+        """Evaluates text of a module; `place` differs for overrides."""
+        where = place or module.place
+        return Evaluator(where, lambda name: self.lookup(name, module, where), self.table.vocabulary)
+
+    def lookup(self, name: tree.Name, module: Module, place: Place) -> Value:
+        """The value of a parameter. Raises Bad."""
+        symbol = self.resolve(name, module, place)
+        if isinstance(symbol.node, tree.Declare):
+            kind = symbol.node.kind
+            raise place.fail(
+                "E213", name.span, f"expected a number, found the {kind} `{name.text}`",
+                f"{field_schema.article(kind)} {kind}",
+                "only parameters have values: `param L = 178 mm`",
+            )  # fmt: skip
+        parameter = self.parameters.get(module.prefix + name.text)
+        if parameter is None:
+            raise Bad
+        return parameter.value
+
+    def resolve(self, name: tree.Name, module: Module, place: Place, kind: str = "") -> Symbol:
+        """What a name stands for in the module it is written in; `kind` is what is due. Raises Bad."""
+        full = module.prefix + name.text
+        symbol = self.table.symbols.get(full)
+        if symbol is not None:
+            self.use(full)
+            return symbol
+        if self.table.is_broken(full):
+            raise Bad  # its own declaration is reported already
+        raise place.fail(
+            "E201", name.span, f"`{name.text}` is not declared", "not found", self._hint(name, module, kind)
+        )
+
+    def names(self, module: Module, kinds: Iterable[str]) -> list[str]:
+        """Names of declarations of some kinds, `param` among them, as a module writes them."""
+        wanted = frozenset(kinds)
+        return [
+            n.removeprefix(module.prefix) for n, s in self.table.symbols.items()
+            if n.startswith(module.prefix) and _kind(s) in wanted
+        ]  # fmt: skip
+
+    def _hint(self, name: tree.Name, module: Module, kind: str) -> str | Remedy:
+        self._hints += 1
+        if self._hints > MOST_HINTS:  # finding a similar name among thousands takes its time
+            return ""
+        fitting = self.names(module, [kind or "param"])
+        everything = self.names(module, ["param", *self.table.vocabulary])
+        if close := nearest(name.text, fitting) or nearest(name.text, everything):
+            return did_you_mean(close)
+        word = _word(self.table.vocabulary, name.text, kind)
+        return self._dotted(name, module) or word or _advice(name, kind, fitting)
+
+    def _dotted(self, name: tree.Name, module: Module) -> str:
+        first = name.parts[0]
+        symbol = self.table.symbols.get(module.prefix + first)
+        if len(name.parts) < 2:
+            return ""
+        if symbol is not None:
+            owner = f"`{first}` is {_phrase(_kind(symbol))}, whose fields cannot be read"
+            return f"{owner}; give the value a `param` of its own"
+        if module.prefix + first in self.table.aliases:
+            own = [
+                n.removeprefix(first + ".")
+                for n in self.names(module, ["param", *self.table.vocabulary])
+                if n.startswith(first + ".")
+            ]
+            return f"`{first}` declares " + (field_schema.listed(own) or "nothing")
+        return f'nothing is called `{first}` here; `use "file.scene" as {first}` would give it a meaning'
+
+
+def _kind(symbol: Symbol) -> str:
+    return symbol.node.kind if isinstance(symbol.node, tree.Declare) else "param"
+
+
+def _phrase(kind: str) -> str:
+    return "a parameter" if kind == "param" else f"{field_schema.article(kind)} {kind}"
+
+
+def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
+    """What to say of a unit or of a word of the vocabulary that stands where a declared name is due."""
+    made = vocabulary.find(text)
+    if made:
+        one = made[0].kind
+        return f"`{text}` makes {field_schema.article(one)} {one}: write `{text}(...)`"
+    if text.lower() in COORDINATES:
+        return "the coordinates are called `x`, `y` and `z`"
+    if text in vocabulary.words():
+        return f"`{text}` is an element, which models take"
+    if kind == "" and _is_unit(text):
+        return f"`{text}` is a unit: it stands right after its number, without blanks, as in `9.81 m/s^2`"
+    return ""
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        units.parse(text)
+    except units.UnitError:
+        return False
+    return True
+
+
+def _advice(name: tree.Name, kind: str, fitting: list[str]) -> str:
+    if kind and fitting:
+        return f"declared {field_schema.plural(kind)}: {field_schema.listed(fitting)}"
+    if kind:
+        return f"declare it: `{kind} {name.parts[-1]} = ...`"
+    return f"declare it, for example `param {name.parts[-1]} = 5 mm`"

@@ -1,0 +1,174 @@
+"""Evaluating parameters, whatever their order in the text: first those that others depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import field
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Fix, Remedy
+from softmark.interpreter.language import field_schema, units
+from softmark.interpreter.language.compiled_scene import Location, Parameter
+from softmark.interpreter.language.expression_evaluation import Bad, Place, Value, components, words
+from softmark.interpreter.language.name_scope import Scope
+from softmark.interpreter.language.parameter_overrides import Override
+from softmark.interpreter.language.scene_sources import Symbol
+from softmark.records import dataclass
+
+
+def evaluate(scope: Scope, replaced: Mapping[str, Override]) -> None:
+    """Fill in `scope.parameters`; what is in error is reported and None there."""
+    if scope.known is not None:
+        scope.parameters |= {full: value for full, value in scope.known.parameters.items() if scope.same(full)}
+    order = _Order(scope, replaced)
+    for full in order.run():
+        symbol = scope.table.symbols[full]
+        scope.parameters[full] = None
+        if full in order.circular or not isinstance(symbol.node, tree.Param):
+            continue
+        with suppress(Bad), scope.following(full):
+            scope.parameters[full] = _Evaluation(scope, full, symbol, symbol.node, replaced.get(full)).run()
+
+
+# ------------------------------------------------------------------ the order
+
+
+@dataclass
+class _Order:
+    """Depth-first search without recursion, so that no chain of parameters is too long; what is known is done."""
+
+    scope: Scope
+    replaced: Mapping[str, Override]
+    circular: set[str] = field(default_factory=set)
+
+    def run(self) -> list[str]:
+        """Full names of all parameters, each after those it depends on; circles are reported."""
+        done: dict[str, None] = {}
+        for name, symbol in self.scope.table.symbols.items():
+            if isinstance(symbol.node, tree.Param) and name not in done and name not in self.scope.parameters:
+                self._search(name, done)
+        return list(done)
+
+    def _search(self, start: str, done: dict[str, None]) -> None:
+        path, entered = [(start, self._needs(start))], {start}  # a dictionary would be slow to find its last key
+        while path:
+            last, needs = path[-1]
+            need = next(needs, None)
+            if need is None:
+                path.pop()
+                entered.discard(last)
+                done[last] = None
+            elif need.full in entered:
+                self._report([name for name, _ in path], need)
+            elif need.full not in done and need.full not in self.scope.parameters:
+                path.append((need.full, self._needs(need.full)))
+                entered.add(need.full)
+
+    def _needs(self, full: str) -> Iterator[_Need]:
+        symbol = self.scope.table.symbols[full]
+        texts = [(e, symbol.module.place) for e in tree.expressions(symbol.node)]
+        if full in self.replaced:
+            texts.append((self.replaced[full].node, self.replaced[full].place))
+        for expression, place in texts:
+            for name in _names(expression):
+                known = self.scope.table.symbols.get(symbol.module.prefix + name.text)
+                if known is not None and isinstance(known.node, tree.Param):
+                    yield _Need(symbol.module.prefix + name.text, name.span, place)
+
+    def _report(self, path: list[str], need: _Need) -> None:
+        members = path[path.index(need.full) :]
+        if self.circular.isdisjoint(members):
+            shown = [*members, need.full]
+            if len(shown) > 8:
+                shown[3:-2] = ["..."]
+            problem = f"parameters depend on each other in a circle: {' -> '.join(shown)}"
+            if len(members) == 1:
+                problem = f"the parameter `{need.full}` depends on itself"
+            need.place.fail("E210", need.span, problem, "closes the circle", "give one of them a value of its own")
+        self.circular.update(members)
+
+
+@dataclass(frozen=True)
+class _Need:
+    """A parameter that another one mentions, and where."""
+
+    full: str
+    span: tree.Span
+    place: Place
+
+
+def _names(expression: tree.Expression) -> list[tree.Name]:
+    """The names in an expression, functions not among them."""
+    parts = [part for part, _ in tree.walk(expression)]
+    functions = {id(part.function) for part in parts if isinstance(part, tree.Call)}
+    return [part for part in parts if isinstance(part, tree.Name) and id(part) not in functions]
+
+
+# ------------------------------------------------------------------ one parameter
+
+
+@dataclass(frozen=True)
+class _Evaluation:
+    scope: Scope
+    full: str
+    symbol: Symbol
+    node: tree.Param
+    override: Override | None
+
+    def run(self) -> Parameter:
+        """The parameter with its value, in its range. Raises Bad."""
+        module = self.symbol.module
+        value = self.scope.evaluator(module).value(self.node.value)
+        interval = self._interval(value)
+        if self.override is None:
+            self._in_range(value, interval, self.node.value, module.place)
+            location = Location(module.source, self.node.value.span)
+            return Parameter(self.full, value, location.text, location, interval=interval)
+        place, node = self.override.place, self.override.node
+        new = self.scope.evaluator(module, place).value(node)
+        self._same_kind(value, new, node, place)
+        self._in_range(new, interval, node, place)
+        location = Location(place.source, node.span)
+        return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
+
+    def _same_kind(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
+        if new.dimension == value.dimension and len(components(new)) == len(components(value)):
+            return
+        found, due = words(new), words(value)
+        if found == due:
+            found, due = (f"{w} with {len(components(v))} components" for w, v in ((found, new), (due, value)))
+        own = Location(self.symbol.module.source, self.node.value.span).text
+        help = f"the scene declares `{self.full} = {own}`; give it in {units.usual(value.dimension)}"
+        raise place.fail("E204", node.span, f"expected {due}, found {found}", found, help)
+
+    def _interval(self, value: Value) -> field_schema.Interval | None:
+        low, high, place = self.node.low, self.node.high, self.symbol.module.place
+        if low is None or high is None:
+            return None
+        ends = []
+        for end in (low, high):
+            q = self.scope.evaluator(self.symbol.module).quantity(end)
+            if q.dimension != value.dimension:
+                found, due = units.named(q.dimension), units.named(value.dimension)
+                help = f"a range has the dimension of its value: give {due} in {units.usual(value.dimension)}"
+                raise place.fail("E204", end.span, f"expected {due}, found {found}", found, help)
+            ends.append(q.value)
+        if ends[0] > ends[1]:
+            own = place.source.text
+            turned = f"{own[high.span.start : high.span.end]} .. {own[low.span.start : low.span.end]}"
+            raise place.fail("E214", tree.between(low.span, high.span),
+                             "the range is empty: its lower end is above its upper end",
+                             "the larger one first", Remedy("write `in LOW .. HIGH`", Fix(turned)))  # fmt: skip
+        return field_schema.Interval(ends[0], ends[1], False, False)
+
+    def _in_range(
+        self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: Place
+    ) -> None:
+        outside = [v for v in components(value) if interval is not None and v not in interval]
+        if interval is None or not outside:
+            return
+        where = f" that line {self.node.name_span.line} of the scene declares" if self.override else ""
+        raise place.fail("E214", node.span, f"`{self.full}` must be {interval.words(value.dimension)}",
+                         f"this is {units.show(outside[0], value.dimension)}",
+                         f"give a value in the range{where}, or widen the range")  # fmt: skip

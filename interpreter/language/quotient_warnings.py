@@ -1,0 +1,51 @@
+"""`10/3 mm`, which is ten over three millimetres, where a third of ten millimetres is due."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Fix, Remedy, Source
+from softmark.grammar.parser import parse_expression
+from softmark.interpreter.language import units
+
+RULE = "a unit belongs to the number in front of it alone"
+
+
+class Valued(Protocol):
+    """A parameter: its name, and the expression that gave its value."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def text(self) -> str: ...
+
+
+def remedy(
+    node: tree.Expression, text: str, given: units.Dimension, due: units.Dimension, named: Valued | None = None
+) -> Remedy | None:
+    """What to write for a number over a quantity in a `text` where one of that quantity's dimension is due, or None.
+
+    Where the node is the name of a parameter, that is said of its value, which stands elsewhere.
+    """
+    if given != tuple(-power for power in due):
+        return None
+    if named is None:
+        instead = _meant(node, text, due)
+        return None if instead is None else Remedy(f"{RULE}; write `{instead}`", Fix(instead))
+    value, _ = parse_expression(Source(named.name, named.text))
+    instead = None if value is None else _meant(value, named.text, due)
+    return None if instead is None else Remedy(f"{RULE}; write `{named.name} = {instead}`")
+
+
+def _meant(node: tree.Expression, text: str, due: units.Dimension) -> str | None:
+    if isinstance(node, tree.Unary) and node.operator in "+-":
+        inner = _meant(node.operand, text, due)
+        return None if inner is None else f"{node.operator}{inner}"
+    if not (isinstance(node, tree.Binary) and node.operator == "/" and isinstance(node.right, tree.Number)):
+        return None
+    unit = node.right.unit
+    if unit is None or units.parse(unit.text).dimension != due:
+        return None
+    return f"({text[node.left.span.start : node.right.span.start]}{node.right.value:.15g}) {unit.text}"

@@ -1,0 +1,295 @@
+"""Reading scene files: `use`, the standard library, and the table of all names."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import field, replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Remedy, Source, did_you_mean
+from softmark.grammar.name_suggestions import nearest
+from softmark.grammar.parser import parse
+from softmark.grammar.tree import Span
+from softmark.interpreter.language.expression_evaluation import PREDEFINED, Place
+from softmark.interpreter.language.field_schema import Vocabulary
+from softmark.records import dataclass
+from softmark.safe_files import open_regular
+from softmark.scenes import ROOT
+
+LARGEST = 1_000_000  # bytes of a scene, and of all that it uses: texts that people write
+SUFFIX = ".scene"
+QUOTED = re.compile(r'"([^"\n]+)"')
+DEEPEST, MOST = 50, 500  # scenes that use scenes, and all of them together
+
+
+@dataclass
+class Module:
+    """One text, what it declares, and the prefix that its names have in the scene that uses it."""
+
+    source: Source
+    tree: tree.Tree
+    folder: Path
+    prefix: str  # "" or "tissue."
+    place: Place
+    file: Path | None = None
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A name: its declaration and the module that it stands in."""
+
+    node: tree.Param | tree.Declare
+    module: Module
+
+
+@dataclass
+class ModuleTable:
+    """All modules of a scene and all their names, with prefixes, in the order of the text."""
+
+    vocabulary: Vocabulary
+    modules: list[Module] = field(default_factory=list)
+    symbols: dict[str, Symbol] = field(default_factory=dict)
+    aliases: dict[str, tree.Use] = field(default_factory=dict)  # with prefix
+    broken: set[str] = field(default_factory=set)  # with prefix: names whose declaration is in error already
+    size: int = 0  # characters of all texts
+    listed: dict[int, tuple[tree.Expression, Any]] = field(default_factory=dict)  # lists, and values of sweeps there
+
+    def is_broken(self, full: str) -> bool:
+        """Whether a name, or the alias that it starts with, has been reported where it is declared."""
+        parts = full.split(".")
+        return any(".".join(parts[:i]) in self.broken for i in range(1, len(parts) + 1))
+
+    def again(self, diagnostics: list[Diagnostic]) -> ModuleTable:
+        """The same texts, parsed already, to be compiled anew with a list of diagnostics of its own."""
+        modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
+        symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
+        aliases, broken = dict(self.aliases), set(self.broken)
+        return ModuleTable(self.vocabulary, list(modules.values()), symbols, aliases, broken, self.size, self.listed)
+
+
+class Missing(Exception):
+    """A scene that cannot be read; the text says why, `remedy` what to do."""
+
+    def __init__(self, reason: str, remedy: str = "") -> None:
+        super().__init__(reason)
+        self.reason, self.remedy = reason, remedy
+
+
+# ------------------------------------------------------------------ files
+
+
+def standard_scenes() -> dict[str, Path]:
+    """Scenes of the standard library by name (`silicone-beam`), without libraries of names and templates."""
+    files = sorted(ROOT.rglob(f"*{SUFFIX}"))
+    return {f.stem: f for f in files if f.relative_to(ROOT).parts[0] not in ("materials", "templates")}
+
+
+def standard_name(path: str | Path | None) -> str | None:
+    """What a scene of the standard library is called, by its file; None for any other file."""
+    if path is None or not Path(path).resolve().is_relative_to(ROOT.resolve()):
+        return None
+    own = Path(path).resolve()
+    return next((name for name, file in standard_scenes().items() if file.resolve() == own), None)
+
+
+def locate(name: str) -> Path:
+    """The file of a scene given on the command line: a path, or a name of the standard library."""
+    if os.path.isfile(name):
+        return Path(name)
+    standard = standard_scenes()
+    if name in standard:
+        return standard[name]
+    if os.path.isdir(name):
+        raise Missing(f"{name} is a folder", "name a file in it")
+    if os.path.exists(name):
+        raise Missing(f"{name} is not a regular file", "use `-` to read from standard input")
+    close = nearest(Path(name).stem, list(standard))
+    hint = f"did you mean `{close}`?" if close else "`dsl list scenes` shows those that come with softmark"
+    raise Missing(f"there is no file {name}, and no standard scene of that name", hint)
+
+
+def read(path: Path, shown: str | None = None) -> Source:
+    """The text of a scene file. Raises Missing."""
+    name = shown or str(path)
+    try:
+        if not os.path.isfile(path):
+            raise _no_file(path, name)
+        with open_regular(path) as file:
+            data = beginning(file, name)
+    except (OSError, ValueError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
+        raise Missing(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
+    return Source(name, _text(data, name))
+
+
+def named(text: str, folder: Path) -> Iterator[Path]:
+    """Files and folders that a text names in quotes, sound or not, where they are or could be."""
+    for name in dict.fromkeys(QUOTED.findall(text)):
+        path = folder / name
+        with suppress(OSError, ValueError):  # what is no name of a file
+            if path.exists() or (path.suffix and path.parent.is_dir()):
+                yield path
+
+
+def _no_file(path: Path, name: str) -> Missing:
+    if os.path.isdir(path):
+        return Missing(f"{name} is a folder")
+    if os.path.exists(path):
+        return Missing(f"{name} is not a regular file", "devices and pipes are not read: save the scene in a file")
+    return Missing(f"there is no file {name}")
+
+
+def beginning(file: BinaryIO, name: str) -> bytes:
+    """All of a file or a stream, if it is no larger than a scene may be; no more than that is read. Raises Missing."""
+    data = file.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise Missing(
+            f"{name} is larger than {LARGEST // 1_000_000} MB",
+            "scenes are small texts; meshes stay in files of their own",
+        )
+    return data
+
+
+def _text(data: bytes, name: str) -> str:
+    """UTF-8 as text; what holds a NUL is for the parser to refuse, at its place."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise Missing(f"{name} is in UTF-16, not in UTF-8", "save it as UTF-8")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        if b"\0" in data:
+            return data.decode("utf-8", errors="replace")
+        line = data.count(b"\n", 0, error.start) + 1
+        raise Missing(
+            f"{name} is not a text in UTF-8: byte 0x{data[error.start]:02x} in line {line}", "save it as UTF-8"
+        ) from error
+
+
+# ------------------------------------------------------------------ the table of names
+
+
+def load(table: ModuleTable, source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]) -> None:
+    """Fill in the table of all names of a scene and of what it uses."""
+    if len(source.text) > LARGEST:
+        table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
+        problem = f"the text is larger than {LARGEST // 1_000_000} MB"
+        table.modules[0].place.fail(
+            "E401", Span(0, 0, 1, 1, 1, 1), problem, help="scenes are small texts; meshes stay in files of their own"
+        )
+        return
+    _enter(table, source, folder, file, "", (), diagnostics)
+    main = table.modules[0]
+    if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
+        start = Span(0, 0, 1, 1, 1, 1)
+        main.place.fail("E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from")
+
+
+def _enter(
+    table: ModuleTable, source: Source, folder: Path, file: Path | None, prefix: str,
+    chain: tuple[Path, ...], diagnostics: list[Diagnostic],
+) -> None:  # fmt: skip
+    syntax, problems = parse(source)
+    module = Module(source, syntax, folder, prefix, Place(source, diagnostics), file)
+    table.modules.append(module)
+    table.size += len(source.text)
+    diagnostics.extend(problems)
+    table.broken.update(prefix + name for name in syntax.broken)
+    chain = (*chain, file.resolve()) if file else chain
+    for node in syntax.declarations:
+        if isinstance(node, tree.Use):
+            _use(table, module, node, chain)
+        elif isinstance(node, tree.Param | tree.Declare):
+            _declare(table, module, node)
+
+
+def _declare(table: ModuleTable, module: Module, node: tree.Param | tree.Declare) -> None:
+    if _is_free(table, module, node.name, node.name_span):
+        table.symbols[module.prefix + node.name] = Symbol(node, module)
+
+
+def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
+    """Whether a name can be declared; if not, that is reported."""
+    if name in PREDEFINED:
+        module.place.fail(
+            "E217", span, f"`{name}` has a meaning of its own and cannot be declared", "predefined",
+            f"choose another name, such as `{name}_0`",
+        )  # fmt: skip
+        return False
+    full = module.prefix + name
+    if full not in table.symbols and full not in table.aliases:
+        return True
+    first = table.symbols[full].node.name_span if full in table.symbols else table.aliases[full].alias_span
+    module.place.fail(
+        "E208", span, f"`{name}` is declared twice", "the second declaration",
+        f"the first is in line {first.line}; give one of them another name",
+    )  # fmt: skip
+    return False
+
+
+def _use(table: ModuleTable, module: Module, node: tree.Use, chain: tuple[Path, ...]) -> None:
+    if not _is_free(table, module, node.alias, node.alias_span):
+        return
+    alias = module.prefix + node.alias
+    table.aliases[alias] = node
+    standard = node.path.startswith("std/")
+    path = ROOT / node.path[4:] if standard else module.folder / node.path
+    shown = node.path if standard else os.path.normpath(path)
+    try:
+        source = _used(node, path, shown)
+    except Missing as missing:
+        module.place.fail("E401", node.path_span, missing.reason, "not usable", _remedy(node, path, missing))
+        table.broken.add(alias)
+        return
+    if (problem := _endless(table, path, chain, len(source.text))) is not None:
+        message, label, help = problem
+        module.place.fail("E402", node.path_span, message, label, help)
+        table.broken.add(alias)
+        return
+    _enter(table, source, path.parent, path, alias + ".", chain, module.place.diagnostics)
+
+
+def _used(node: tree.Use, path: Path, shown: str) -> Source:
+    """The text of a scene that is used, under a name that messages can give it. Raises Missing."""
+    if path.suffix != SUFFIX:
+        raise Missing(
+            f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes and nothing else"
+        )
+    if node.path.startswith("std/") and not path.resolve().is_relative_to(ROOT.resolve()):
+        raise Missing(
+            f"{node.path} is not in the standard library",
+            "`std/` leads nowhere else; give a path from the scene's own folder",
+        )
+    return read(path, shown)
+
+
+def _remedy(node: tree.Use, path: Path, missing: Missing) -> str | Remedy:
+    if missing.remedy:
+        return missing.remedy
+    known = [f"std/{p.relative_to(ROOT).as_posix()}" for p in sorted(ROOT.rglob(f"*{SUFFIX}"))]
+    if path.parent.is_dir() and not node.path.startswith("std/"):
+        known += [str(Path(node.path).with_name(p.name)) for p in sorted(path.parent.glob(f"*{SUFFIX}"))]
+    close = nearest(node.path, known)
+    if close:
+        return did_you_mean(close, f'"{close}"')
+    return "paths are relative to the scene's own folder; `std/` is the standard library"
+
+
+def _endless(table: ModuleTable, path: Path, chain: tuple[Path, ...], size: int) -> tuple[str, str, str] | None:
+    """What is wrong where scenes use each other without end."""
+    here = path.resolve()
+    if here in chain:
+        cycle = " -> ".join(p.name for p in (*chain[chain.index(here) :], path))
+        remedy = "move what both need into a scene of its own"
+        return f"scenes use each other in a circle: {cycle}", "closes the circle", remedy
+    if len(chain) >= DEEPEST or len(table.modules) >= MOST:
+        help = f"at most {DEEPEST} scenes may use one another in a row, and {MOST} in all"
+        return "too many scenes use each other", "one too many", help
+    if table.size + size > LARGEST:
+        help = "a scene that is used several times counts as often; use it once, under one name"
+        return f"the scenes used are together larger than {LARGEST // 1_000_000} MB", "one too many", help
+    return None

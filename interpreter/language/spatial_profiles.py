@@ -1,0 +1,153 @@
+"""A constant that varies in space: an expression of the coordinates, of fields that are read from files, or of both.
+
+It is a tree of `Node`s that works on floats, for a look before anything is built, and on arrays, where it is solved.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import field, replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Location
+    from softmark.interpreter.language.field_schema import Interval
+    from softmark.interpreter.language.units import Dimension
+
+    Floats = Any  # (n,) of numpy, which is not imported here
+    Reading = Callable[[Any, Floats], Floats]  # of a field, at points (n, 3) in m: its values (n,) in SI
+
+
+@dataclass(frozen=True)
+class Node:
+    """`do` with what its `parts` come to: an operator, a function, `number`, `axis` or `field` with its `value`."""
+
+    do: str
+    parts: tuple[Node, ...] = ()
+    value: Any = None
+
+    def walk(self) -> Iterator[Node]:
+        """It and all below it."""
+        yield self
+        for part in self.parts:
+            yield from part.walk()
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A constant in SI that varies in space, by places before deformation; `said` is its text with its values.
+
+    `name` is that of the constant, `limits` the range that each of its values must be in.
+    """
+
+    root: Node
+    said: str
+    name: str
+    dimension: Dimension
+    limits: Interval | None = field(compare=False, repr=False)
+    at: Location = field(compare=False, repr=False)  # where it stands
+
+    @property
+    def fields(self) -> tuple[Any, ...]:
+        """The fields that are read for it, each once."""
+        return tuple(dict.fromkeys(node.value for node in self.root.walk() if node.do == "field"))
+
+    def values(self, X: Any, read: Reading | None) -> Any:
+        """At points X (n, 3), m: (n,); not a number where it has none."""
+        import numpy as np
+
+        X = np.asarray(X, dtype=np.float64)
+        with np.errstate(all="ignore"):
+            found = _on_arrays(self.root, X, read, np)
+        return np.array(np.broadcast_to(found, len(X)), dtype=np.float64)
+
+    def value(self, place: Sequence[float]) -> float:
+        """At one place, m, without numpy: not a number where it has none, or where it needs a field."""
+        try:
+            found = _at_place(self.root, place)
+            return float(found) if isinstance(found, float | int) else math.nan
+        except (ArithmeticError, ValueError):
+            return math.nan
+
+    def __mul__(self, share: float) -> Profile:
+        """The same at a share of its size; one that is turned around has no range."""
+        root, said = Node("*", (self.root, constant(share))), f"{share:.6g} * ({self.said})"
+        return replace(self, root=root, said=said, limits=self.limits if share >= 0.0 else None)
+
+    def __str__(self) -> str:
+        return self.said
+
+
+@dataclass(frozen=True)
+class Streams:
+    """The direction of three expressions of the coordinates, `(-y, x, 0 mm)`: of one dimension, of any length."""
+
+    components: tuple[Profile, Profile, Profile]
+
+    def at(self, X: Floats, read: Any = None) -> Floats:
+        """At points X (n, 3), m: (n, 3). Raises Unreadable where a field cannot be read."""
+        import numpy as np
+
+        return np.stack([part.values(X, read) for part in self.components], axis=1)
+
+    def __str__(self) -> str:
+        return f"({', '.join(map(str, self.components))})"
+
+
+def constant(value: float) -> Node:
+    """A number."""
+    return Node("number", value=value)
+
+
+def _at_place(node: Node, place: Sequence[float]) -> Any:
+    match node.do:
+        case "number":
+            return node.value
+        case "axis":
+            return place[node.value]
+        case "field":
+            return math.nan
+    return _PLAIN[node.do](*(_at_place(part, place) for part in node.parts))
+
+
+def _on_arrays(node: Node, X: Any, read: Reading | None, np: Any) -> Any:
+    match node.do:
+        case "number":
+            return node.value
+        case "axis":
+            return X[:, node.value]
+        case "field":
+            if read is None:
+                raise ValueError("a field, and nothing that reads it")
+            return read(node.value, X)
+    parts = [_on_arrays(part, X, read, np) for part in node.parts]
+    match node.do:
+        case "min" | "max":
+            return (np.minimum if node.do == "min" else np.maximum).reduce(np.broadcast_arrays(*parts))
+        case "sqrt" | "abs" | "sin" | "cos" | "tan" | "exp" | "log":
+            return getattr(np, node.do)(*parts)
+        case "^":
+            return np.power(np.asarray(parts[0], dtype=np.float64), parts[1])
+    return _PLAIN[node.do](*parts)
+
+
+_PLAIN: dict[str, Callable[..., Any]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "^": lambda a, b: a**b,
+    "negated": lambda a: -a,
+    "min": min,
+    "max": max,
+    "sqrt": math.sqrt,
+    "abs": abs,
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "exp": math.exp,
+    "log": math.log,
+}

@@ -1,0 +1,115 @@
+"""What a sweep varies and the values that it gives, read from a scene: every value keeps its text and its place."""
+
+from __future__ import annotations
+
+from dataclasses import field, replace
+from typing import TYPE_CHECKING
+
+from softmark.grammar import source_layout, tree
+from softmark.grammar.diagnostic import write
+from softmark.grammar.tree import Expression, Span
+from softmark.interpreter.language import parameter_overrides, units
+from softmark.interpreter.language.compiled_scene import Location
+from softmark.interpreter.language.expression_evaluation import Bad, Place
+from softmark.interpreter.language.parameter_overrides import Override
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.call_binding import Binder
+    from softmark.interpreter.language.field_schema import Field
+
+
+@dataclass(frozen=True)
+class SweepTarget:
+    """What a sweep varies: the full name of a parameter, or of a field as `declared.field`."""
+
+    name: str
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One value of a sweep: its text with its unit, as an override takes it, and where it stands."""
+
+    text: str
+    node: Expression = field(compare=False, repr=False)
+    at: Location = field(compare=False, repr=False)
+
+
+def target(binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = "") -> SweepTarget:
+    """What a sweep varies; `written` says how one writes the study, for messages. Raises Bad."""
+    if not isinstance(node, tree.Name):
+        raise place.fail("E207", node.span, f"expected {field.expected}, found a value",
+                         "not a name", field.meaning)  # fmt: skip
+    table = binder.compiler.table
+    full = binder.module.prefix + node.text
+    override = Override(full, node, place, node.span, written=written or "sweep({}, over = [...])")
+    if not parameter_overrides.assigned([override], table):
+        raise Bad
+    owner = full if full in table.symbols else full.rpartition(".")[0]
+    binder.compiler.scope.use(owner)
+    return SweepTarget(full, node.span)
+
+
+def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
+    """What a stability study walks. Raises Bad, after all of its items were looked at."""
+    if not isinstance(node, tree.List) or node.unit is not None:
+        help = write(f"[{source_layout.flat(node)}]") if isinstance(node, tree.Name) else field.meaning
+        raise place.fail("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
+    if not node.items:
+        raise place.fail("E512", node.span, "the study walks nothing", "an empty list",
+                         "name what it walks, or leave `over` out: then every number is walked")  # fmt: skip
+    found = [_one_target(binder, field, item, place) for item in node.items]
+    if None in found:
+        raise Bad
+    return tuple(t for t in found if t is not None)
+
+
+def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> SweepTarget | None:
+    try:
+        return target(binder, field, item, place, "stability(over = [{}])")
+    except Bad:
+        return None
+
+
+def variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
+    """The values of a sweep, each with the unit that stands behind the bracket. Raises Bad."""
+    if not isinstance(node, tree.List):
+        help = f"write `[{source_layout.flat(node)}, ...]`"
+        raise place.fail("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
+    if not node.items:
+        raise place.fail("E510", node.span, "the sweep has no values", "an empty list", "write `[10, 5, 2.5] mm`")
+    names = [n.text for item in node.items for n, _ in tree.walk(item) if isinstance(n, tree.Name)]
+    table = binder.compiler.table
+    for name in names:
+        if name in table.symbols:
+            binder.compiler.scope.use(name)
+    known: tuple[tree.Expression, tuple[Variant, ...]] | None = table.listed.get(id(node))
+    if known is None or known[0] is not node:  # as in a copy of the table, where numbers are those of other lists
+        # every value is tried by compiling the scene, its list with it, once more
+        known = table.listed[id(node)] = node, tuple(_variant(binder, item, node.unit, place) for item in node.items)
+    return known[1]
+
+
+def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, place: Place) -> Variant:
+    whole = item
+    if unit is not None and _is_plain(binder, item, place):
+        whole = with_unit(item, unit)
+    return Variant(source_layout.flat(whole), whole, Location(place.source, item.span))
+
+
+def _is_plain(binder: Binder, item: tree.Expression, place: Place) -> bool:
+    """Whether a value of a list with a unit is a number without one of its own. Raises Bad where it is none."""
+    value = binder.compiler.scope.evaluator(binder.module, place).quantity(item)
+    return value.dimension == units.NONE
+
+
+def with_unit(item: tree.Expression, unit: tree.Unit) -> tree.Expression:
+    """`10` with the unit `mm` as `10 mm`; `-10` as `-10 mm`; `2 * 5` as `2 * 5 * 1 mm`."""
+    match item:
+        case tree.Number(unit=None):
+            return replace(item, unit=unit)
+        case tree.Unary(operator="-" | "+", operand=tree.Number(unit=None) as number):
+            return replace(item, operand=replace(number, unit=unit))
+        case _:
+            return tree.Binary("*", item, tree.Number(1.0, unit, "1", item.span), item.span)

@@ -1,0 +1,49 @@
+"""What may be written at a place: `textDocument/completion`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from softmark.interpreter.language_server.completion_items import Offer, offers
+from softmark.interpreter.language_server.cursor_context import Surroundings, around
+from softmark.interpreter.language_server.file_completion import files
+from softmark.interpreter.language_server.text_document import Document
+from softmark.interpreter.language_server.unit_completion import behind_number, units_at
+
+
+def complete(document: Document, params: types.CompletionParams) -> types.CompletionList:
+    """All that may stand at a place, what is likeliest first; the word that is there already is written over."""
+    here = around(document, document.offset(params.position))
+    found = _fitting(here) if here is not None else ()
+    items = [] if here is None else [_item(here, offer, place) for place, offer in enumerate(dict.fromkeys(found))]
+    return types.CompletionList(is_incomplete=False, items=items)
+
+
+def _fitting(here: Surroundings) -> Iterator[Offer]:
+    if here.text is not None:
+        return files(here)
+    return units_at(here) if behind_number(here) else offers(here)
+
+
+def _item(here: Surroundings, offer: Offer, place: int) -> types.CompletionItem:
+    at = types.Range(here.document.position(here.start), here.document.position(here.offset))
+    snippets = here.document.snippets and offer.snippet
+    written = offer.snippet if snippets else plain(offer.snippet) if offer.snippet else offer.label
+    return types.CompletionItem(
+        label=offer.label.strip(),
+        kind=offer.kind,
+        detail=offer.detail or None,
+        documentation=types.MarkupContent(types.MarkupKind.Markdown, offer.doc) if offer.doc else None,
+        sort_text=f"{place:04}",
+        filter_text=offer.label,
+        insert_text_format=types.InsertTextFormat.Snippet if snippets else types.InsertTextFormat.PlainText,
+        text_edit=types.TextEdit(at, written),
+    )
+
+
+def plain(snippet: str) -> str:
+    """A snippet for an editor that knows none: the values that it proposes stay."""
+    return re.sub(r"\\([\\$}])", r"\1", re.sub(r"\$\{\d+:((?:[^}\\]|\\.)*)\}|\$\d", r"\1", snippet))

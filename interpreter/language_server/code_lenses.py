@@ -1,0 +1,50 @@
+"""What can be done with a scene, over its lines: `textDocument/codeLens`.
+
+The commands are run by the editor, in a terminal: `softmark.run` as `dsl run`, `softmark.compare` as `dsl compare`,
+`softmark.stress` as `dsl stress`, each with the words that it is given as arguments: the file, and options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from softmark.grammar import tree
+from softmark.interpreter.language_server.text_document import Document
+
+RUN, COMPARE, STRESS = "softmark.run", "softmark.compare", "softmark.stress"
+STABILITY = "stability"  # the studies that `dsl stress` walks
+MANY = 2  # models that can be compared
+
+
+def lenses(document: Document, params: types.CodeLensParams) -> list[types.CodeLens]:
+    """Run and compare over the first line that declares something, run over each model, compare over each study."""
+    if document.file is None:
+        return []
+    return [_lens(document, span, *words) for span, *words in _offers(document)]
+
+
+def _offers(document: Document) -> Iterator[tuple[tree.Span, str, str, *tuple[str, ...]]]:
+    """Where, what it is called, the command and its options."""
+    declared = [node for node in document.tree.declarations if isinstance(node, tree.Declare)]
+    models = [node for node in declared if node.kind == "model"]
+    studies = [node for node in declared if node.kind == "study"]
+    first = next((n for n in document.tree.declarations if not isinstance(n, tree.Version)), None)
+    if first is not None:
+        yield first.span, "run", RUN
+        if studies or len(models) >= MANY:
+            yield first.span, "compare", COMPARE
+    for model in models:
+        if len(models) >= MANY:
+            yield model.span, f"run {model.name}", RUN, "--model", model.name
+    for study in studies:
+        walked = isinstance(study.value, tree.Call) and study.value.function.text == STABILITY
+        yield study.span, *(("stress", STRESS) if walked else ("compare", COMPARE)), "--study", study.name
+
+
+def _lens(document: Document, span: tree.Span, title: str, command: str, *options: str) -> types.CodeLens:
+    at = document.position(span.start)
+    named = (word for plugin in document.vocabulary.plugins for word in ("--plugin", plugin.asked))
+    words = [str(document.file), *options, *named]
+    return types.CodeLens(types.Range(at, at), types.Command(title, command, arguments=words))

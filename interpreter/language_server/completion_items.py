@@ -1,0 +1,273 @@
+"""What may stand at a place, by what is due there: `textDocument/completion` shows these.
+
+To offer more in a field: a function of VALUES, by the field's form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from lsprotocol.types import CompletionItemKind as Kind
+
+from softmark.interpreter.help.constructor_examples import sample
+from softmark.interpreter.help.reserved_words import CALLS, RESERVED
+from softmark.interpreter.help.word_pages import facts
+from softmark.interpreter.language import units
+from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary, article
+from softmark.interpreter.language.units import Dimension
+from softmark.interpreter.language_server.cursor_context import Frame, Surroundings
+from softmark.interpreter.language_server.declared_names import declared, dimension, shown
+
+STATEMENTS = ("param", "expect", "use", "scene", "softmark")
+OWNERS = ("model", "reference")  # what has metrics
+OPERATORS = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "RANGE", "AND", "OR", "NOT", "IN"})
+
+
+@dataclass(frozen=True)
+class Offer:
+    """One word: `detail` says in brief what it is, `doc` at length; `snippet` is written in its place, where given."""
+
+    label: str
+    kind: Kind
+    detail: str = ""
+    doc: str = ""
+    snippet: str = ""
+
+
+def offers(here: Surroundings) -> Iterator[Offer]:
+    """All that may stand at a place outside quotes and behind no number."""
+    frame = here.frames[-1] if here.frames else None
+    if not here.before:
+        yield from _kinds(here.document.vocabulary)
+    elif frame is None:
+        yield from _outside(here)
+    elif frame.function and frame.constructor is not None:
+        yield from _argument(here, frame)
+    else:
+        yield from _within(here, frame)
+
+
+# ------------------------------------------------------------------ outside of brackets
+
+
+def _kinds(vocabulary: Vocabulary) -> Iterator[Offer]:
+    for kind in vocabulary:
+        words = ", ".join(list(vocabulary[kind])[:8])
+        yield Offer(
+            kind, Kind.Keyword, f"declares {article(kind)} {kind}", f"`{kind} NAME = CONSTRUCTOR(...)`: {words}, ..."
+        )
+    for word in STATEMENTS:
+        yield Offer(word, Kind.Keyword, "", RESERVED[word])
+
+
+def _outside(here: Surroundings) -> Iterator[Offer]:
+    """Behind the words of a declaration that has no open bracket."""
+    last = here.before[-1]
+    if here.declares and len(here.before) == 3:
+        yield from made(here, here.kind)
+        yield from names(here, here.kind)
+    elif here.kind == "expect" and (len(here.before) == 1 or last.kind in OPERATORS):
+        yield from _measured(here)
+        if "." not in here.word:
+            yield from numbers(here, None)
+    elif here.kind == "param" and (last.kind == "EQUAL" or last.kind in OPERATORS):
+        yield from numbers(here, None)
+    elif here.kind == "use" and last.kind == "STRING":
+        yield Offer("as", Kind.Keyword, "", RESERVED["as"])
+
+
+def _measured(here: Surroundings) -> Iterator[Offer]:
+    """`model.metric`, of the model that is written already or of all."""
+    known = declared(here.document)
+    owners = [n for n, kind in known.items() if kind in OWNERS and "." not in n]
+    metrics = [n for n, kind in known.items() if kind == "metric" and "." not in n]
+    written = here.word.split(".")[0] if "." in here.word else ""
+    for owner in [written] if written in owners else owners:
+        for metric in metrics:
+            yield Offer(f"{owner}.{metric}", Kind.Variable, f"metric `{metric}` of the {known[owner]} `{owner}`")
+
+
+# ------------------------------------------------------------------ in brackets
+
+
+def _argument(here: Surroundings, frame: Frame) -> Iterator[Offer]:
+    """A field that is not given yet, or the value of the one at hand."""
+    if not frame.name and not frame.value and frame.constructor is not None:
+        positional = {f.name for f in frame.constructor.fields[: frame.place]}
+        for field in frame.constructor.fields:
+            if field.name not in frame.given | positional:
+                doc = f"{field.doc}{facts(field)}"
+                yield Offer(f"{field.name} = ", Kind.Field, field.expected, doc, f"{field.name} = ")
+        if frame.given:
+            return
+    if frame.field is not None and _due(frame):
+        yield from values(here, frame.field)
+
+
+def _within(here: Surroundings, frame: Frame) -> Iterator[Offer]:
+    """In a group or a list, or in the brackets of a function such as `sin`."""
+    if not _due(frame):
+        return
+    call = here.call
+    if frame.function or call is None or call.constructor is None:
+        yield from numbers(here, None)
+        if here.kind == "expect":
+            yield from _measured(here)
+    elif call.field is not None:
+        yield from values(here, call.field)
+
+
+def _due(frame: Frame) -> bool:
+    """Whether a value is due: nothing of it is written, or an operator waits for what follows."""
+    return not frame.value or frame.value[-1].kind in OPERATORS
+
+
+# ------------------------------------------------------------------ values by the form of a field
+
+
+def values(here: Surroundings, field: Field) -> Iterator[Offer]:
+    """What a field takes."""
+    yield from VALUES.get(field.form, _number)(here, field)
+
+
+def _number(here: Surroundings, field: Field) -> Iterator[Offer]:
+    frame = here.frames[-1]
+    if not frame.value and frame.function:
+        yield Offer(sample(field), Kind.Value, "an example")
+    yield from numbers(here, field.dimension if not frame.value else None)
+
+
+def numbers(here: Surroundings, due: Dimension | None) -> Iterator[Offer]:
+    """Parameters of a dimension, or of any, and functions of numbers."""
+    for name, kind in declared(here.document).items():
+        if kind == "param" and name != here.own and (due is None or dimension(here.document, name) in (due, None)):
+            yield Offer(name, Kind.Constant, value_of(here, name))
+    for name, (form, doc) in CALLS.items():
+        yield Offer(name, Kind.Function, form, doc, f"{name}($1)")
+    yield Offer("pi", Kind.Constant, "3.14159...")
+
+
+def value_of(here: Surroundings, name: str) -> str:
+    """What a parameter comes to, as people write it; empty where that is not known."""
+    parameter = here.document.known.parameters.get(name)
+    if parameter is None:
+        return ""
+    return shown(parameter.value)
+
+
+def _choice(here: Surroundings, field: Field) -> Iterator[Offer]:
+    for option in field.options:
+        yield Offer(option, Kind.EnumMember, "default" if option == field.default else "", field.doc)
+
+
+def _flag(here: Surroundings, field: Field) -> Iterator[Offer]:
+    for word in ("yes", "no"):
+        yield Offer(word, Kind.EnumMember, "default" if (word == "yes") == field.default else "", field.doc)
+
+
+def _name(here: Surroundings, field: Field) -> Iterator[Offer]:
+    yield from names(here, field.kind, *field.also)
+
+
+def names(here: Surroundings, *kinds: str) -> Iterator[Offer]:
+    """Declared names of some kinds, but for that of the declaration at hand."""
+    scene = here.document.known
+    for name, kind in declared(here.document).items():
+        if kind in kinds and name != here.own:
+            known = scene.declared.get(name)
+            yield Offer(name, Kind.Variable, f"{kind}: {known.constructor.name}" if known else kind)
+
+
+def _value(here: Surroundings, field: Field) -> Iterator[Offer]:
+    if field.kind == "element":
+        for word, cls in here.document.vocabulary.words().items():
+            yield Offer(word, Kind.EnumMember, (cls.__doc__ or "").strip().split("\n")[0])
+        return
+    yield from names(here, field.kind)
+    yield from made(here, field.kind)
+
+
+def made(here: Surroundings, kind: str) -> Iterator[Offer]:
+    """What makes things of a kind."""
+    known = {of: name for name, of in declared(here.document).items() if name != here.own}  # the last of each kind
+    vocabulary = here.document.vocabulary
+    for name in vocabulary.get(kind, {}):
+        if (c := vocabulary.constructor(kind, name)) is not None:
+            yield Offer(name, Kind.Constructor, c.summary, "", snippet(c, known))
+
+
+def snippet(c: Constructor, known: dict[str, str]) -> str:
+    """A call with what is required, each value to be written over: `fem(element = ${1:tet4})$0`.
+
+    `known` has names that are declared, by their kinds.
+    """
+    required = [f for f in c.fields if f.required]
+    if not c.fields:
+        return f"{c.name}()"
+    given = (f"{f.name} = ${{{i}:{_escaped(known.get(f.kind) or sample(f))}}}" for i, f in enumerate(required, 1))
+    return f"{c.name}({', '.join(given) or '$1'})$0"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", "\\\\").replace("$", "\\$").replace("}", "\\}")
+
+
+def _direction(here: Surroundings, field: Field) -> Iterator[Offer]:
+    for sign, word in (("-", "against"), ("+", "along")):
+        for axis in "xyz":
+            yield Offer(sign + axis, Kind.EnumMember, f"{word} {axis}")
+
+
+def _fibres(here: Surroundings, field: Field) -> Iterator[Offer]:
+    yield from _direction(here, field)
+    yield from _value(here, field)
+
+
+def _components(here: Surroundings, field: Field) -> Iterator[Offer]:
+    for axis in "xyz":
+        yield Offer(axis, Kind.EnumMember, field.doc)
+
+
+def _condition(here: Surroundings, field: Field) -> Iterator[Offer]:
+    for axis in "xyz":
+        yield Offer(axis, Kind.Variable, "coordinate before deformation")
+    yield from names(here, "region")
+    yield Offer("not", Kind.Keyword, "", RESERVED["not"])
+    if here.frames[-1].value:
+        yield from numbers(here, units.LENGTH)
+
+
+def _target(here: Surroundings, field: Field) -> Iterator[Offer]:
+    """Parameters, and fields of what is declared."""
+    scene = here.document.known
+    for name, kind in declared(here.document).items():
+        if kind == "param":
+            yield Offer(name, Kind.Constant, value_of(here, name))
+    for name, known in scene.declared.items():
+        for own in known.constructor.fields:
+            if own.form in ("quantity", "integer", "choice", "flag", "vector"):
+                yield Offer(f"{name}.{own.name}", Kind.Field, own.expected, own.doc)
+
+
+def _nothing(here: Surroundings, field: Field) -> Iterator[Offer]:
+    yield from ()
+
+
+VALUES: dict[str, Callable[[Surroundings, Field], Iterator[Offer]]] = {
+    "choice": _choice,
+    "flag": _flag,
+    "name": _name,
+    "names": _name,
+    "value": _value,
+    "direction": _direction,
+    "fibres": _fibres,
+    "components": _components,
+    "condition": _condition,
+    "target": _target,
+    "targets": _target,
+    "text": _nothing,
+    "texts": _nothing,
+    "file": _nothing,
+    "files": _nothing,
+}

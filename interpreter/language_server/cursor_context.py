@@ -1,0 +1,196 @@
+"""What stands around a place of a text, finished or not: the word there, the declaration, and the calls it is within.
+
+By tokens alone, without the parser: while something is written, no declaration is whole.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import dataclass
+from functools import cached_property
+
+from softmark.grammar.lexer import Token
+from softmark.grammar.statement_splitting import CLOSERS, OPENERS, UNFINISHED, Chunk, declarations
+from softmark.interpreter.language.field_schema import Constructor, Field
+from softmark.interpreter.language_server.text_document import Document
+
+STRINGS = frozenset({"STRING", "UNCLOSED_STRING"})
+NAMES = frozenset({"NAME", "PATH"})
+SEPARATORS = frozenset({"COMMA", "SEMICOLON"})
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A bracket that is open: of a call, whose `function` is its name, or of a group or a list.
+
+    `place` counts the arguments before, `name` is that of the argument at hand, where it has one, `value` are the words
+    of it so far; `given` are the fields that are named elsewhere in the call.
+    """
+
+    opener: Token
+    function: str
+    constructor: Constructor | None
+    place: int
+    name: str
+    value: tuple[Token, ...]
+    given: frozenset[str]
+
+    @property
+    def field(self) -> Field | None:
+        """The field that the argument at hand gives."""
+        if self.constructor is None:
+            return None
+        if self.name:
+            return self.constructor.field(self.name)
+        return self.constructor.fields[self.place] if self.place < len(self.constructor.fields) else None
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """A place: the `word` that ends there and starts at `start`, and what stands before it in its declaration.
+
+    `text` is what of a text in quotes stands before the place, None outside quotes.
+    """
+
+    document: Document
+    offset: int
+    start: int
+    word: str
+    before: tuple[Token, ...]
+    text: str | None = None
+
+    @cached_property
+    def frames(self) -> tuple[Frame, ...]:
+        """The brackets that are open, the innermost last."""
+        found: list[Frame] = []
+        opened = _open(self.before)[-DEEPEST:]
+        for index in opened:
+            later = _later(self) if index == opened[-1] else []
+            found.append(_frame(self, index, found, later))
+        return tuple(found)
+
+    @property
+    def kind(self) -> str:
+        """Of the declaration: the word that it starts with, empty at its start."""
+        return self.before[0].text if self.before else ""
+
+    @property
+    def declares(self) -> bool:
+        """Whether it stands behind `kind NAME =`."""
+        return [t.kind for t in self.before[:3]] == ["NAME", "NAME", "EQUAL"]
+
+    @property
+    def own(self) -> str:
+        """The name that is declared, empty where there is none."""
+        return self.before[1].text if self.declares or (self.kind == "param" and len(self.before) > 1) else ""
+
+    @property
+    def call(self) -> Frame | None:
+        """The innermost call that it is within."""
+        return next((frame for frame in reversed(self.frames) if frame.function), None)
+
+
+def around(document: Document, offset: int) -> Surroundings | None:
+    """What stands around a place; None within a comment."""
+    comments = document.comments
+    last = bisect_left(comments, offset, key=lambda c: c.span.start) - 1
+    if last >= 0 and offset <= comments[last].span.end:
+        return None
+    tokens = document.tokens
+    count = bisect_left(tokens, offset, key=lambda t: t.start)  # those that start before the place
+    start, text = offset, None
+    if count and (token := tokens[count - 1]).end >= offset:
+        if token.kind in STRINGS and (offset < token.end or token.kind == "UNCLOSED_STRING"):
+            start, text, count = token.start + 1, document.text[token.start + 1 : offset], count - 1
+        elif _is_word(token):
+            start, count = token.start, count - 1
+        elif token.text == "." and count > 1 and tokens[count - 2].kind in NAMES:
+            start, count = tokens[count - 2].start, count - 2  # `rod.`, before anything of the next word
+    before = _declaration(tokens[max(0, count - LONGEST) : count], tokens[count - 1 : count], document, start)
+    return Surroundings(document, offset, start, document.text[start:offset], before, text)
+
+
+LONGEST, DEEPEST = 2000, 20  # words of a declaration that are looked back at, and brackets
+
+
+def _is_word(token: Token) -> bool:
+    return token.kind in ("UNIT", "FOREIGN_WORD", *NAMES) or token.text.isalpha()
+
+
+def _declaration(tokens: list[Token], last: list[Token], document: Document, start: int) -> tuple[Token, ...]:
+    """The words of the declaration that goes on at an offset; none where a new one starts there."""
+    if not tokens:
+        return ()
+    chunk = Chunk()
+    for chunk in declarations(tokens):  # noqa: B007, the last one counts
+        pass
+    ended = not (chunk.unclosed or last[0].kind in UNFINISHED)
+    new_line = any(c in document.text[last[0].end : start] for c in "\r\n")
+    return () if ended and new_line else tuple(chunk.tokens)
+
+
+def _open(tokens: tuple[Token, ...]) -> list[int]:
+    """Indices of the brackets that are not closed."""
+    found: list[int] = []
+    for index, token in enumerate(tokens):
+        if token.kind in OPENERS:
+            found.append(index)
+        elif token.kind in CLOSERS and found:
+            found.pop()
+    return found
+
+
+def _frame(here: Surroundings, index: int, outer: list[Frame], later: list[tuple[Token, ...]]) -> Frame:
+    """The bracket of an index, as far as it is written."""
+    tokens = here.before
+    called = index and tokens[index].kind == "LPAR" and tokens[index - 1].kind in NAMES
+    function = tokens[index - 1].text if called else ""
+    arguments = _arguments(tokens[index + 1 :])
+    *earlier, current = arguments
+    name, value = _named(current)
+    named = [_named(argument)[0] for argument in (*earlier, *later)]
+    constructor = _constructor(here, function, outer) if function else None
+    return Frame(tokens[index], function, constructor, len(earlier), name, value, frozenset(n for n in named if n))
+
+
+def _arguments(tokens: tuple[Token, ...]) -> list[tuple[Token, ...]]:
+    """What stands between the commas of a bracket that is open, those of brackets within left alone."""
+    found: list[list[Token]] = [[]]
+    depth = 0
+    for token in tokens:
+        depth += (token.kind in OPENERS) - (token.kind in CLOSERS)
+        if token.kind in SEPARATORS and depth == 0:
+            found.append([])
+        else:
+            found[-1].append(token)
+    return [tuple(argument) for argument in found]
+
+
+def _later(here: Surroundings) -> list[tuple[Token, ...]]:
+    """Arguments behind the place, up to the bracket that closes or the end of the line."""
+    tokens = here.document.tokens
+    first = bisect_left(tokens, here.offset, key=lambda t: t.start)
+    found, depth = [], 0
+    for token in tokens[first : first + LONGEST]:
+        depth += (token.kind in OPENERS) - (token.kind in CLOSERS)
+        if depth < 0 or (here.before and token.line != here.before[-1].line and token.column == 1):
+            break
+        found.append(token)
+    return _arguments(tuple(found))[1:]
+
+
+def _named(argument: tuple[Token, ...]) -> tuple[str, tuple[Token, ...]]:
+    """The name of an argument, empty where it has none, and its value."""
+    if len(argument) > 1 and argument[0].kind == "NAME" and argument[1].kind == "EQUAL":
+        return argument[0].text, argument[2:]
+    return "", argument
+
+
+def _constructor(here: Surroundings, function: str, outer: list[Frame]) -> Constructor | None:
+    """What a call makes: of the kind that its declaration or its field takes, or of the first that there is."""
+    call = next((frame for frame in reversed(outer) if frame.function), None)
+    field = call.field if call else None
+    kind = field.kind if field else here.kind
+    words = here.document.vocabulary
+    made = words.constructor(kind, function) if kind in words else None
+    return made or next(iter(words.find(function)), None)

@@ -1,0 +1,60 @@
+"""What a text declares, finished or not: names by their kinds, and the dimensions of parameters and metrics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.grammar import tree
+from softmark.grammar.statement_splitting import opens
+from softmark.interpreter.language import units
+from softmark.interpreter.language.expression_evaluation import Quantity, Value, VectorValue
+from softmark.interpreter.language.units import Dimension
+from softmark.interpreter.language_server.text_document import Document
+
+
+def declared(document: Document) -> dict[str, str]:
+    """The kind of every name, `param` of a parameter: those of the text by its words, with those that it uses."""
+    found = dict(_written(document))
+    table = document.known.table
+    for name, symbol in table.symbols.items() if table else ():
+        if "." in name:
+            found[name] = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "param"
+    return found
+
+
+def _written(document: Document) -> Iterator[tuple[str, str]]:
+    tokens = document.tokens
+    for index, token in enumerate(tokens):
+        if token.kind in ("NAME", "PARAM") and opens(tokens, index) and index + 1 < len(tokens):
+            yield tokens[index + 1].text, "param" if token.kind == "PARAM" else token.text
+
+
+def dimension(document: Document, name: str) -> Dimension | None:
+    """Of a parameter, or of a metric such as `rod.eta`; None where it is not known."""
+    scene = document.known
+    if (parameter := scene.parameters.get(name)) is not None:
+        return parameter.value.dimension
+    metric = scene.declared.get(name.split(".")[1]) if "." in name else None
+    if metric is None or metric.kind != "metric":
+        return None
+    try:
+        return units.parse(metric.thing.unit).dimension
+    except (units.UnitError, NotImplementedError, AttributeError):
+        return None
+
+
+def shown(value: Value) -> str:
+    """A value as people write it: `178 mm`, `(178, 0, 0) mm`."""
+    if isinstance(value, Quantity):
+        return units.show(value.value, value.dimension)
+    return units.show_all(value.values, value.dimension)
+
+
+def in_si(value: Value, digits: int) -> str:
+    """`0.178 m`, `(0, 0, 0.1) m`: in the coherent unit of SI."""
+    unit = units.of_vector(value.dimension) if isinstance(value, VectorValue) else units.si(value.dimension)
+    if isinstance(value, Quantity):
+        said = f"{value.value:.{digits}g}"
+    else:
+        said = f"({', '.join(f'{v:.{digits}g}' for v in value.values)})"
+    return said if unit == "1" else f"{said} {unit}"

@@ -1,0 +1,39 @@
+"""The canonical form of a text, as `dsl fmt` writes it: `textDocument/formatting`."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from softmark.grammar.printer import CannotFormat, format_source
+from softmark.interpreter.language.scene_sources import LARGEST
+from softmark.interpreter.language_server.request_refused import Refused
+from softmark.interpreter.language_server.text_document import Document
+
+
+def formatted(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+    """One change from the first line to the last that differ; a text with errors of syntax is left alone. Raises
+    Refused, with the first of them."""
+    if document.is_too_large:
+        raise Refused(f"left as it is: the text is larger than {LARGEST // 1_000_000} MB")
+    try:
+        new = format_source(document.source)
+    except CannotFormat as problem:
+        raise Refused(_reason(problem)) from None
+    return [] if new == document.text else [_difference(document, new)]
+
+
+def _reason(problem: CannotFormat) -> str:
+    first = next(iter(problem.diagnostics), None)
+    if first is None or first.span is None:
+        return f"left as it is: {problem.reason}"
+    return f"left as it is: line {first.span.line} cannot be read, {first.code}: {first.message}"
+
+
+def _difference(document: Document, new: str) -> types.TextEdit:
+    """What is new between what is the same before and behind: the cursor stays where nothing changes around it."""
+    old = document.text
+    start = next((i for i, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), min(len(old), len(new)))
+    most = min(len(old), len(new)) - start
+    behind = next((i for i in range(most) if old[-1 - i] != new[-1 - i]), most)
+    at = types.Range(document.position(start), document.position(len(old) - behind))
+    return types.TextEdit(at, new[start : len(new) - behind])

@@ -1,0 +1,57 @@
+"""Names of files in quotes: scenes after `use`, files that fields take, and data sets."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from lsprotocol.types import CompletionItemKind as Kind
+
+from softmark.interpreter.language.scene_sources import SUFFIX
+from softmark.interpreter.language_server.completion_items import Offer
+from softmark.interpreter.language_server.cursor_context import Surroundings
+from softmark.scenes import ROOT
+
+MOST = 500  # names of a folder
+
+
+def files(here: Surroundings) -> Iterator[Offer]:
+    """What a name that is begun may go on as; whole names, since editors take `/` for the end of a word."""
+    frame = here.call
+    if here.kind == "use" and len(here.before) == 1:
+        yield from _scenes(here)
+    elif frame is not None and frame.field is not None and frame.field.form in ("file", "files"):
+        yield from _below(here.document.folder, here.text or "", "")
+        yield from _data_sets()
+
+
+def _scenes(here: Surroundings) -> Iterator[Offer]:
+    for file in sorted(ROOT.rglob(f"*{SUFFIX}")):
+        name = file.relative_to(ROOT)
+        if name.parts[0] != "templates":
+            yield Offer(f"std/{name.as_posix()}", Kind.File, "standard library")
+    yield from _below(here.document.folder, here.text or "", SUFFIX)
+
+
+def _below(folder: Path, begun: str, suffix: str) -> Iterator[Offer]:
+    """Files and folders beside those that a name leads to."""
+    inner = begun.rpartition("/")[0]
+    try:
+        with os.scandir(folder / inner) as found:
+            entries = sorted((e for _, e in zip(range(MOST), found, strict=False)), key=lambda e: e.name)
+            for entry in entries:
+                name = f"{inner}/{entry.name}" if inner else entry.name
+                if entry.is_dir():
+                    yield Offer(f"{name}/", Kind.Folder)
+                elif entry.name.endswith(suffix):
+                    yield Offer(name, Kind.File)
+    except (OSError, ValueError):
+        return
+
+
+def _data_sets() -> Iterator[Offer]:
+    from softmark.references.data_download import TABLE
+
+    for name in TABLE:
+        yield Offer(f"data:{name}", Kind.File, "public data set")

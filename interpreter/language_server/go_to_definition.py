@@ -1,0 +1,124 @@
+"""Where names are declared and where they are used: `textDocument/definition`, `references`, `documentHighlight`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from lsprotocol import types
+
+from softmark.grammar import tree
+from softmark.interpreter.language.scene_sources import SUFFIX
+from softmark.interpreter.language_server.name_index import Target, at, document_of, uses
+from softmark.interpreter.language_server.open_documents import Opened
+from softmark.interpreter.language_server.text_document import Document
+
+AROUND = 200  # scenes of a folder that are looked at for uses of what one of them declares
+START = types.Range(types.Position(0, 0), types.Position(0, 0))
+
+
+def definition(document: Document, params: types.DefinitionParams) -> types.Location | None:
+    """Where the name at a place is declared, in this file or in another; of the name of a file, the file."""
+    offset = document.offset(params.position)
+    if (found := at(document, offset)) is not None:
+        target = found.target
+        own = document_of(document, target.module)
+        return types.Location(uri_of(own, params.text_document.uri, document), own.range(target.span))
+    file = _file_named(document, offset)
+    return None if file is None else types.Location(file.resolve().as_uri(), START)
+
+
+def references(opened: Opened, params: types.ReferenceParams) -> list[types.Location]:
+    """All places of the name at a place: in the scene, in what it uses, and in scenes around that use its file."""
+    document = opened.documents[params.text_document.uri]
+    found = at(document, document.offset(params.position))
+    if found is None:
+        return []
+    places = everywhere(opened, params.text_document.uri, found.target, params.context.include_declaration)
+    return [types.Location(uri, at) for uri, at in places]
+
+
+def highlights(document: Document, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+    """The places of a name in the text itself."""
+    found = at(document, document.offset(params.position))
+    if found is None:
+        return []
+    main, kinds = document.table.modules[0], types.DocumentHighlightKind
+    return [
+        types.DocumentHighlight(document.range(one.span), kinds.Write if one.declares else kinds.Read)
+        for one in uses(document, found.target) if one.module is main
+    ]  # fmt: skip
+
+
+def everywhere(opened: Opened, uri: str, target: Target, declared: bool = True) -> Iterator[tuple[str, types.Range]]:
+    """All places of a name, each once; those in files that are open are those of the open texts."""
+    document, seen = opened.documents[uri], set()
+    known = {d.file.resolve() for d in opened.documents.values() if d.file}
+    for own, its in ((uri, document), *_around(opened, uri, target)):
+        for one in uses(its, target):
+            text = document_of(its, one.module)
+            stale = text is not its and text.file is not None and text.file.resolve() in known
+            if stale or (one.declares and not declared):  # what is open is read where it is open
+                continue
+            place = uri_of(text, own, its), text.range(one.span)
+            if (key := (place[0], one.span.start)) not in seen:
+                seen.add(key)
+                yield place
+
+
+def uri_of(text: Document, uri: str, document: Document) -> str:
+    """Of a text that a scene is made of; `uri` is that of the scene's own."""
+    return uri if text is document or text.file is None else text.file.resolve().as_uri()
+
+
+def _around(opened: Opened, uri: str, target: Target) -> Iterator[tuple[str, Document]]:
+    """Other scenes, open or in the folder of the file that declares a name, that may use it from there."""
+    home = target.module.file
+    if home is None:
+        return
+    for own, document in list(opened.documents.items()):
+        itself = document.file is not None and document.file.resolve() == home.resolve()
+        if own != uri and (itself or _may_use(document.text, home, target.name)):
+            yield own, document
+    known = {d.file.resolve() for d in opened.documents.values() if d.file}
+    for file in sorted(home.resolve().parent.glob(f"*{SUFFIX}"))[:AROUND]:
+        if file.resolve() in known:
+            continue
+        try:
+            text = file.read_text(encoding="utf-8")
+        except (OSError, ValueError):
+            continue
+        if file.resolve() == home.resolve() or _may_use(text, home, target.name):
+            yield file.as_uri(), Document(text, file.parent, file, vocabulary=opened.documents[uri].vocabulary)
+
+
+def _may_use(text: str, home: Path, name: str) -> bool:
+    """Whether a text may use a file and has one of its names: most do not, and are not parsed."""
+    return name in text and re.search(rf'\buse[^"\n]*"[^"\n]*{re.escape(home.name)}"', text) is not None
+
+
+def _file_named(document: Document, offset: int) -> Path | None:
+    """The file that a text in quotes at a place names: a scene that is used, a mesh, a measurement."""
+    for node in document.tree.declarations:
+        if not node.span.start <= offset <= node.span.end:
+            continue
+        if isinstance(node, tree.Use) and node.path_span.start <= offset <= node.path_span.end:
+            return _used(document, node)
+        for expression in tree.expressions(node):
+            for part, _ in tree.walk(expression):
+                if isinstance(part, tree.String) and part.span.start <= offset <= part.span.end:
+                    return _existing(document.folder, part.value)
+    return None
+
+
+def _used(document: Document, node: tree.Use) -> Path | None:
+    """The file of a scene that is used, as far as it could be read."""
+    return next((m.file for m in document.table.modules if m.prefix == f"{node.alias}."), None)
+
+
+def _existing(folder: Path, name: str) -> Path | None:
+    try:
+        return folder / name if name and (folder / name).is_file() else None
+    except (OSError, ValueError):  # no name of a file: too long, or with a NUL
+        return None

@@ -1,0 +1,153 @@
+"""What a word means: `textDocument/hover`. Meaning, range, default, and what a quantity is in SI."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+
+from lsprotocol import types
+
+from softmark.grammar.lexer import Token
+from softmark.interpreter.help.reserved_words import unit_page, word_page
+from softmark.interpreter.help.word_pages import facts, page
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Parameter
+from softmark.interpreter.language.expression_evaluation import Value
+from softmark.interpreter.language.field_schema import Constructor
+from softmark.interpreter.language_server import hover_markdown
+from softmark.interpreter.language_server.cursor_context import NAMES, Surroundings, around
+from softmark.interpreter.language_server.declared_names import declared, in_si, shown
+from softmark.interpreter.language_server.text_document import Document
+
+
+def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
+    """What is said of the word at a place, None where that is nothing."""
+    index = _at(document, document.offset(params.position))
+    if index is None:
+        return None
+    token = document.tokens[index]
+    said = _said(document, index, token)
+    if not said:
+        return None
+    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, said), document.range(token.span))
+
+
+def _at(document: Document, offset: int) -> int | None:
+    """The word that an offset is in or at the start of, or else at the end of."""
+    index = bisect_left(document.tokens, offset + 1, key=lambda t: t.start) - 1
+    near = [i for i in (index, index - 1) if i >= 0 and offset <= document.tokens[i].end]
+    return next((i for i in near if document.tokens[i].kind in (*NAMES, "NUMBER", "UNIT")), near[0] if near else None)
+
+
+def _said(document: Document, index: int, token: Token) -> str:
+    if token.kind in ("NUMBER", "UNIT"):
+        return _quantity(document.tokens, index)
+    if token.kind not in NAMES:
+        return hover_markdown.prose(word_page(token.text) or "")
+    here = around(document, token.start)
+    following = document.tokens[index + 1].kind if index + 1 < len(document.tokens) else ""
+    return "" if here is None else _name(here, token.text, following)
+
+
+# ------------------------------------------------------------------ numbers
+
+
+def _quantity(tokens: list[Token], index: int) -> str:
+    """A number with its unit in SI, or what a unit is."""
+    number, unit = (tokens[index], tokens[index + 1 : index + 2]) if tokens[index].kind == "NUMBER" else (None, [])
+    if number is None:
+        unit, before = [tokens[index]], tokens[index - 1] if index else None
+        number = before if before is not None and before.kind == "NUMBER" else None
+    if not unit or unit[0].kind != "UNIT":
+        return ""
+    try:
+        measure = units.parse(unit[0].text)
+    except units.UnitError:
+        return ""
+    if number is None:
+        return hover_markdown.prose(unit_page(unit[0].text) or "")
+    value = float(number.text) * measure.factor
+    said = f"{value:.9g} {units.si(measure.dimension)}".removesuffix(" 1")
+    return f"`{number.text} {unit[0].text}` is {units.named(measure.dimension)}: **{hover_markdown.prose(said)}**"
+
+
+# ------------------------------------------------------------------ names
+
+
+def _name(here: Surroundings, name: str, following: str) -> str:
+    """What a name means where it stands: a kind, a field, a constructor, a choice, or what is declared."""
+    frame = here.frames[-1] if here.frames else None
+    if not here.before and name in here.document.vocabulary:
+        return _page(here, name)
+    made = frame.constructor if frame is not None and not frame.value and following == "EQUAL" else None
+    if made is not None and (field := made.field(name)) is not None:
+        return f"`{field.name}` of `{made.name}`: {hover_markdown.prose(field.doc + facts(field))}"
+    if following == "LPAR":
+        return _called(here, name)
+    return _of_field(here, name) or _declared(here.document, name) or hover_markdown.prose(word_page(name) or "")
+
+
+def _called(here: Surroundings, name: str) -> str:
+    """A constructor, of the kind that is due where there are several, or a function."""
+    field = here.call.field if here.call else None
+    kind = field.kind if field else here.kind
+    words = here.document.vocabulary
+    made = words.constructor(kind, name) if kind in words else None
+    found = made or next(iter(words.find(name)), None)
+    return _word(here, found) if found else hover_markdown.prose(word_page(name) or "")
+
+
+def _of_field(here: Surroundings, name: str) -> str:
+    """A choice of a field, an element, or a constructor without brackets."""
+    field = here.call.field if here.call else None
+    if field is None:
+        return ""
+    if name in field.options:
+        return f"`{name}`: a choice for `{field.name}`: {hover_markdown.prose(field.doc + facts(field))}"
+    if field.kind == "element" and name in here.document.vocabulary.words():
+        return _page(here, name)
+    words = here.document.vocabulary
+    made = field.form in ("value", "fibres") and field.kind in words
+    word = words.constructor(field.kind, name) if made else None
+    return _word(here, word) if word and name not in declared(here.document) else ""
+
+
+def _word(here: Surroundings, word: Constructor) -> str:
+    owner = here.document.vocabulary.owner(word.kind, word.name)
+    return hover_markdown.constructor(word) + (
+        f"\n\nFrom the plugin {hover_markdown.prose(owner.name)}" if owner else ""
+    )
+
+
+def _page(here: Surroundings, name: str) -> str:
+    title, _, rest = (page(name, here.document.vocabulary) or "").partition("\n")
+    return f"{hover_markdown.prose(title)}\n\n```text\n{rest.strip()}\n```"
+
+
+def _declared(document: Document, name: str) -> str:
+    """A parameter with its value, or a declaration with what it is; of `rod.eta` both."""
+    scene = document.known
+    if (parameter := scene.parameters.get(name)) is not None:
+        return _parameter(parameter)
+    if (known := scene.declared.get(name)) is not None:
+        return _declaration(known)
+    parts = (scene.declared.get(part) for part in name.split(".")[:2]) if "." in name else ()
+    return "\n\n---\n\n".join(_declaration(part) for part in parts if part is not None)
+
+
+def _parameter(p: Parameter) -> str:
+    lines = [_source(f"param {p.name} = {p.text}"), f"**{hover_markdown.prose(shown(p.value))}**, {_in_si(p.value)}"]
+    if p.interval is not None:
+        lines.append(hover_markdown.prose(p.interval.words(p.value.dimension)))
+    return "\n\n".join(lines)
+
+
+def _declaration(d: Declared) -> str:
+    return f"{_source(d.location.text)}\n\n{d.kind} `{d.name}`: {hover_markdown.prose(d.constructor.summary)}"
+
+
+def _source(text: str) -> str:
+    return f"```softmark\n{text}\n```"
+
+
+def _in_si(value: Value) -> str:
+    return hover_markdown.prose(f"{units.named(value.dimension)}, {in_si(value, 9)}")

@@ -1,0 +1,124 @@
+"""What stands beside the text without being in it: `textDocument/inlayHint`.
+
+Values in SI of parameters and of what calls are given, where the text has another unit or an expression; and what was
+measured last beside expectations and metrics (`measured_values.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from softmark.grammar import tree
+from softmark.interpreter.language import units
+from softmark.interpreter.language.expression_evaluation import Bad, Evaluator
+from softmark.interpreter.language.field_schema import Vocabulary
+from softmark.interpreter.language_server.declared_names import in_si
+from softmark.interpreter.language_server.measured_values import Measured, evidence
+from softmark.interpreter.language_server.name_index import field_of, fields_of
+from softmark.interpreter.language_server.text_document import Document
+
+NUMBERS = frozenset({"quantity", "vector", "list", "each", "amount", "amounts", "integer"})  # forms with a value in SI
+DIGITS = 6
+
+
+def hints(document: Document, params: types.InlayHintParams) -> list[types.InlayHint]:
+    """Those of a range."""
+    first, last = params.range.start.line, params.range.end.line
+    nodes = [n for n in document.tree.declarations if n.span.line - 1 <= last and n.span.end_line - 1 >= first]
+    found = [*_values(document, nodes), *_evidence(document, nodes)]
+    return [hint for hint in found if first <= hint.position.line <= last]
+
+
+# ------------------------------------------------------------------ values in SI
+
+
+def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
+    """`= 0.178 m` behind what is written otherwise."""
+    scope = document.scope  # with diagnostics of its own: those of the scene may be full
+    table = scope.table
+    if not table.modules:
+        return
+    evaluator = scope.evaluator(table.modules[0])
+    for node in nodes:
+        for expression in _valued(node, table.vocabulary):
+            if said := _in_si(expression, evaluator):
+                at = document.position(expression.span.end)
+                yield types.InlayHint(at, f"= {said}", padding_left=True, tooltip="in SI units")
+
+
+def _valued(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Expression]:
+    """The expressions of a declaration that come to numbers."""
+    if isinstance(node, tree.Param):
+        yield node.value
+    elif isinstance(node, tree.Declare) and isinstance(node.value, tree.Call):
+        yield from _arguments(node.value, vocabulary, node.kind)
+
+
+def _arguments(node: tree.Call, vocabulary: Vocabulary, kind: str) -> Iterator[tree.Expression]:
+    fields = fields_of(node, vocabulary, kind)
+    for place, argument in enumerate(node.arguments):
+        field = field_of(fields, argument, place)
+        if field is None:
+            continue
+        if field.form in NUMBERS:
+            yield argument.value
+        elif isinstance(argument.value, tree.Call):
+            yield from _arguments(argument.value, vocabulary, field.kind)
+
+
+def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
+    """What an expression comes to, empty where it says so itself or comes to nothing."""
+    if _plain(node):
+        return ""
+    try:
+        value = evaluator.values(node) if isinstance(node, tree.List) else evaluator.value(node)
+    except Bad:
+        return ""
+    return in_si(value, DIGITS)
+
+
+def _plain(node: tree.Expression) -> bool:
+    """Whether it is a number in SI, or several."""
+    match node:
+        case tree.Number():
+            return _is_si(node.unit)
+        case tree.Unary(operand=operand):
+            return _plain(operand)
+        case tree.Vector() | tree.List():
+            return _is_si(node.unit) and all(_plain(item) for item in node.items)
+    return False
+
+
+def _is_si(unit: tree.Unit | None) -> bool:
+    if unit is None:
+        return True
+    try:
+        return units.parse(unit.text).factor == 1.0
+    except units.UnitError:
+        return True
+
+
+# ------------------------------------------------------------------ what was measured
+
+
+def _evidence(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
+    """What the last report says of expectations and metrics, at the ends of their lines."""
+    known = evidence(document) if any(isinstance(n, tree.Expect | tree.Declare) for n in nodes) else None
+    if known is None:
+        return
+    for node in nodes:
+        try:
+            found = known.of(document, node)
+        except (AttributeError, KeyError, TypeError, ValueError):  # a report that somebody else has written
+            continue
+        if found is not None:
+            yield _hint(document, node, found)
+
+
+def _hint(document: Document, node: tree.Declaration, found: Measured) -> types.InlayHint:
+    at = document.position(document.starts[node.span.end_line - 1])
+    end = document.position(document.offset(types.Position(at.line, 1_000_000)))
+    more = types.MarkupContent(types.MarkupKind.Markdown, found.more)
+    return types.InlayHint(end, f"  {found.text}", padding_left=True, tooltip=more)

@@ -1,0 +1,271 @@
+"""What was measured last beside each `expect` and each metric, from the reports that runs left in folders around.
+
+A report is of a scene by the name of its file; whether it is of this text its digest says, and whether the scenes that
+it uses and the files that it names are those of the run, when they were written. Reports are read where `dsl run`
+leaves them, in NAME-report/ of the folder of the scene, of one above it, or of the working folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar import tree
+from softmark.interpreter.language.compiled_scene import Expectation, Location
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.scene_sources import named
+from softmark.interpreter.language_server.text_document import Document
+from softmark.interpreter.report.run.tables.error_statement_table import beside
+from softmark.interpreter.results.error_statements import StatedError
+from softmark.interpreter.results.run_report import SCHEMA, MetricResult, ModelResult
+from softmark.safe_files import read_regular
+from softmark.scenes import ROOT
+
+ABOVE = 6  # folders above that of a scene, up to the one that an editor has open
+LARGEST = 50_000_000  # bytes of a report that is read
+LISTED = 3  # values that stand beside a metric; the others are in what shows up over it
+MOST = 2000  # files of a folder that are looked at
+LONG = 60  # characters of a reason that stands in a line
+DIGITS = 4
+VERDICTS = {"met": "met", "not_met": "NOT MET", "cannot_tell": "not judged"}
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is said beside a line, what is said over it, and whether it is of the text as it is now."""
+
+    text: str
+    more: str
+    current: bool
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A report of a scene, as its file has it."""
+
+    file: Path
+    report: Json
+    same: bool  # of the text as it is now
+    since: str = ""  # what it reads, which is another one since
+
+    @property
+    def current(self) -> bool:
+        """Whether it is of all that the scene is made of, as that is now."""
+        return self.same and not self.since
+
+    def of(self, document: Document, node: tree.Declaration) -> Measured | None:
+        """What is known of an expectation or a metric; None of other declarations, and of what was not measured."""
+        said = None
+        if isinstance(node, tree.Expect):
+            said = self._expectation(document, node)
+        elif isinstance(node, tree.Declare) and node.kind == "metric":
+            said = self._metric(node.name)
+        if said is None:
+            return None
+        text, more = said
+        marks = [*([] if self.same else ["of an earlier text"]), *self._given]
+        if self.same and self.since:
+            marks.insert(0, f"of an earlier {self.since}")
+        return Measured(
+            f"{', '.join(marks)}: {text}" if marks else text, "\n\n".join([*more, self._from]), self.current
+        )
+
+    @property
+    def _given(self) -> list[str]:
+        """The overrides that it was run with."""
+        over = self.report["scene"].get("overrides") or []
+        return [f"with {', '.join(map(str, over))}"] if over else []
+
+    @property
+    def _from(self) -> str:
+        """Where it comes from."""
+        when = str((self.report.get("environment") or {}).get("started") or "").replace("T", " ")
+        what = f"What it reads, {self.since}," if self.same else "The scene"
+        changed = "" if self.current else f"{what} has changed since: run it again to see what holds now. "
+        return f"{changed}Measured {when[:16] or 'before'}, {self.file.parent.name}/{self.file.name}."
+
+    # ------------------------------------------------------------------ expectations
+
+    def _expectation(self, document: Document, node: tree.Expect) -> tuple[str, list[str]] | None:
+        """The verdict with the number that it is about, and why."""
+        text = Expectation(node.condition, Location(document.source, node.span)).text
+        judged = [e for e in self.report["expectations"] if e["text"] == text]
+        if not judged:
+            return None
+        line = node.span.line
+        own = min(judged, key=lambda e: abs(int(e.get("line") or 0) - line))  # of those that are said twice
+        verdict, reason = VERDICTS.get(own["verdict"], own["verdict"]), own.get("reason") or ""
+        value = self._about(node, own)
+        said = f"{verdict}: {value}" if value else f"{verdict}: {_short(reason)}" if reason else verdict
+        return said, [f"**{verdict}**" + (f": {value}" if value else ""), *([reason] if reason else [])]
+
+    def _about(self, node: tree.Expect, own: Json) -> str:
+        """The number that an expectation is about, the first of its comparison; of a metric with its error."""
+        value, unit = own.get("value"), own.get("unit")
+        if value is None:
+            return ""
+        if unit is None:  # of a report that does not say it
+            return f"{value:.{DIGITS}g} in SI units"
+        first = next((n.operands[0] for n, _ in tree.walk(node.condition) if isinstance(n, tree.Compare)), None)
+        if isinstance(first, tree.Name) and len(first.parts) == 2:
+            return _shown(value, unit, self._models.get(first.parts[0]), first.parts[1])
+        return _amount(value, unit)
+
+    # ------------------------------------------------------------------ metrics
+
+    def _metric(self, name: str) -> tuple[str, list[str]] | None:
+        """Its value of each model and reference, and how many expectations of it are met."""
+        rows = list(self._values(name))
+        if not rows:
+            return None
+        more = f" and {len(rows) - LISTED} more" if len(rows) > LISTED else ""
+        asked = re.compile(rf"\.{re.escape(name)}\b")
+        judged = [e["verdict"] for e in self.report["expectations"] if asked.search(e["text"])]
+        counts = [f"{judged.count(v)} {VERDICTS[v]}" for v in VERDICTS if v in judged]
+        said = ", ".join(f"{owner} {_short(value)}" for owner, value in rows[:LISTED]) + more
+        table = ["| | |\n| --- | --- |\n" + "\n".join(f"| {owner} | {value} |" for owner, value in rows)]
+        expected = f"expected: {', '.join(counts)}" if counts else ""
+        return said + (f"; {expected}" if expected else ""), table + ([expected] if expected else [])
+
+    def _values(self, name: str) -> Iterator[tuple[str, str]]:
+        """Who has it, and what it comes to, or why there is no value."""
+        for owner, result in {**self.report["models"], **self.report["references"]}.items():
+            found = (result.get("metrics") or {}).get(name)
+            if found is None:
+                continue
+            value = found.get("value")
+            if value is None:
+                yield owner, f"no value: {found.get('reason') or result.get('message') or 'no reason was given'}"
+            else:
+                said = _shown(value, found.get("unit") or "1", self._models.get(owner), name)
+                yield owner, f"{said}{_judged(found)}"
+
+    @cached_property
+    def _models(self) -> dict[str, ModelResult]:
+        """What models state of their answers."""
+        return {
+            name: ModelResult(name, str(m.get("status")), None, "", stated={
+                n: StatedError.from_json(s) for n, s in (m.get("stated") or {}).items()
+            })
+            for name, m in self.report["models"].items()
+        }  # fmt: skip
+
+
+def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> str:
+    """A value, and what its model states of it: `3.32 mm ± 0.25`."""
+    said = model.stated.get(metric) if model else None
+    if said is None or said.value is None:
+        return _amount(value, unit)
+    return f"{_amount(value, unit)} {beside(said.value, MetricResult(value, unit))}"
+
+
+def _judged(found: Json) -> str:
+    """What a metric says of its own value: whether it is in time, and whether it is more than nothing."""
+    own = "" if "verdict" not in found else ", in time" if found["verdict"] else ", NOT in time"
+    return own + ("" if found.get("meaningful", True) else ", within the uncertainty of the reference")
+
+
+def _amount(value: float, unit: str) -> str:
+    return quantity(value, unit, DIGITS, percent=True)
+
+
+def _short(reason: str) -> str:
+    return reason if len(reason) <= LONG else f"{reason[: LONG - 1].rstrip()}…"
+
+
+# ------------------------------------------------------------------ reports on disk
+
+
+def evidence(document: Document) -> Evidence | None:
+    """The report of a scene: one of this text, else the one that was written last; None where there is none."""
+    if document.file is None:
+        return None
+    found = [(file, report) for file, _, report in _reports(document.file)]
+    if not found:
+        return None
+    texts = (document.text, f"\ufeff{document.text}")  # editors keep the mark at the start of a file to themselves
+    digests = [hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).hexdigest() for text in texts]
+    same = [(file, report) for file, report in found if report["scene"].get("sha256") in digests]
+    file, report = (same or found)[0]
+    return Evidence(file, report, bool(same), _since(document, file, report))
+
+
+def _since(document: Document, file: Path, report: Json) -> str:
+    """What the scene reads that was written, or put in its place, after a run began; empty where nothing was."""
+    plugins = report["scene"].get("plugins") or ()
+    if not plugins and any(d.severity == "error" for d in document.found):
+        return "state of its files"  # the same text was run
+    texts = [m for m in document.table.modules if m.file is None or not m.file.is_relative_to(ROOT)]
+    used = [path for text in texts for path in named(text.source.text, text.folder)]
+    used += [file.parent.parent / str(plugin["file"]) for plugin in plugins]
+    try:
+        begun = datetime.fromisoformat(report["environment"]["started"]).timestamp()
+    except (KeyError, TypeError, ValueError):
+        begun = -1.0  # of a report that does not say it: whatever there is may be later
+    return next((path.name for path in used if _written(path) > begun), "")
+
+
+def _written(path: Path) -> float:
+    """When a file, or anything in a folder, was written or came to its name; 0 of what is not there."""
+    from itertools import islice
+
+    try:
+        own = path.stat()
+        if path.is_dir():
+            with os.scandir(path) as entries:
+                inner = [e.stat() for e in islice(entries, MOST) if not e.is_dir()]
+            return max((max(s.st_mtime, s.st_ctime) for s in inner), default=0.0)
+        return max(own.st_mtime, own.st_ctime)
+    except OSError:
+        return 0.0
+
+
+def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
+    """Reports of the file of a scene with when they were written, the latest first."""
+    own = scene.resolve()
+    folders = dict.fromkeys([own.parent, *list(own.parents)[1 : ABOVE + 1], Path.cwd()])
+    found = []
+    for folder in folders:
+        file = folder / f"{own.stem}-report" / "report.json"
+        try:
+            known = file.stat()
+        except OSError:
+            continue
+        report = _read(file, known.st_mtime_ns, known.st_size) if known.st_size <= LARGEST else None
+        if report is not None and _is_of(own, folder, str(report["scene"].get("file"))):
+            found.append((file, known.st_mtime_ns, report))
+    yield from sorted(found, key=lambda one: -one[1])
+
+
+def _is_of(scene: Path, folder: Path, file: str) -> bool:
+    """Whether a report in a folder is of a scene: by the file's name, where that name leads to no other scene."""
+    if Path(file).name != scene.name:
+        return False
+    try:
+        other = (folder / file).resolve()
+        return other == scene or not other.is_file()
+    except (OSError, ValueError):  # no name of a file
+        return False
+
+
+@lru_cache(maxsize=8)
+def _read(file: Path, written: int, size: int) -> Json | None:
+    """A report as it was at a time; None of what is none."""
+    try:
+        report = json.loads(read_regular(file, LARGEST))
+        whole = report["schema"] == SCHEMA and isinstance(report["scene"], dict)
+        return report if whole and all(isinstance(report[k], t) for k, t in PARTS.items()) else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+PARTS = {"models": dict, "references": dict, "expectations": list}

@@ -1,0 +1,195 @@
+"""Every name of a scene where it stands, and what it stands for: across dots, and across the scenes that it uses.
+
+A name with dots is several: in `tissue.liver` the alias of a `use` and a declaration of the scene behind it, in
+`rod.eta` a model and a metric, in `gel.poisson` a material and a field, which is no name of the scene's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from softmark.grammar import tree
+from softmark.grammar.tree import Span
+from softmark.interpreter.language.expression_evaluation import before_at
+from softmark.interpreter.language.field_schema import Field, Vocabulary
+from softmark.interpreter.language.scene_sources import Module, ModuleTable
+from softmark.interpreter.language_server.text_document import Document
+
+WORDS = frozenset({"choice", "flag", "components"})  # forms of fields whose names are words of the language
+ALIAS = "use"  # the kind of a name that a `use` gives
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a name stands for: a declaration, or a `use` that gives it; `span` is where its name is declared."""
+
+    kind: str
+    name: str
+    module: Module
+    span: Span
+
+    @property
+    def key(self) -> tuple[object, str]:
+        """The same of all names of one thing: of which text it is, and its name there."""
+        return text_of(self.module), self.name
+
+
+@dataclass(frozen=True)
+class Occurrence:
+    """One part of a name: where it stands in a text, and for what."""
+
+    module: Module
+    span: Span
+    target: Target
+    declares: bool = False
+
+
+def text_of(module: Module) -> object:
+    """What makes a text the same text: its file, or without one its name."""
+    return _resolved(module.file) if module.file else module.source.name
+
+
+@lru_cache(maxsize=1024)
+def _resolved(file: Path) -> Path:
+    return file.resolve()
+
+
+def occurrences(table: ModuleTable, module: Module) -> Iterator[Occurrence]:
+    """All names of a text of a scene, in the order in which they stand."""
+    known = Known(table)
+    for node in module.tree.declarations:
+        declared = known.declared(module, node)
+        if declared is not None:
+            yield Occurrence(module, declared.span, declared, declares=True)
+        for name in mentioned(node, table.vocabulary):
+            yield from known.parts(module, name)
+
+
+def at(document: Document, offset: int) -> Occurrence | None:
+    """The name at a place of the scene's own text; at the end of one it is still that."""
+    table = document.table
+    found = occurrences(table, table.modules[0]) if table.modules else ()
+    return next((one for one in found if one.span.start <= offset <= one.span.end), None)
+
+
+def uses(document: Document, target: Target) -> Iterator[Occurrence]:
+    """Where a name stands in the scene's own text and in all that it uses; each place once, whoever leads to it."""
+    seen: set[tuple[object, int]] = set()
+    for module in document.table.modules:
+        for one in occurrences(document.table, module):
+            place = text_of(module), one.span.start
+            if one.target.key == target.key and place not in seen:
+                seen.add(place)
+                yield one
+
+
+def document_of(document: Document, module: Module) -> Document:
+    """A text that a scene is made of, for its places in the protocol."""
+    if module is document.table.modules[0]:
+        return document
+    return Document(module.source.text, module.folder, module.file, vocabulary=document.vocabulary)
+
+
+class Known:
+    """What names of the texts of a table stand for."""
+
+    def __init__(self, table: ModuleTable) -> None:
+        self.table = table
+        self.modules = {m.prefix: m for m in reversed(table.modules)}
+
+    def declared(self, module: Module, node: tree.Declaration) -> Target | None:
+        """What a declaration gives its name to; None where it gives none, or another one had the name before."""
+        if isinstance(node, tree.Use):
+            target = self.alias(module.prefix, node.alias)
+            return target if target and target.span == node.alias_span else None
+        if isinstance(node, tree.Param | tree.Declare):
+            target = self.symbol(module.prefix + node.name)
+            return target if target and target.span == node.name_span else None
+        return None
+
+    def alias(self, prefix: str, name: str) -> Target | None:
+        """The `use` that gives a name."""
+        node, owner = self.table.aliases.get(prefix + name), self.modules.get(prefix)
+        return None if node is None or owner is None else Target(ALIAS, name, owner, node.alias_span)
+
+    def symbol(self, full: str) -> Target | None:
+        """The parameter or declaration of a full name."""
+        found = self.table.symbols.get(full)
+        if found is None:
+            return None
+        kind = found.node.kind if isinstance(found.node, tree.Declare) else "param"
+        return Target(kind, found.node.name, found.module, found.node.name_span)
+
+    def parts(self, module: Module, name: tree.Name) -> Iterator[Occurrence]:
+        """What each part of a name stands for; fields, which are no names of a scene, are left out."""
+        prefix, rest = module.prefix, list(_segments(name))
+        while rest and (target := self.alias(prefix, rest[0][0])) is not None:
+            yield Occurrence(module, rest[0][1], target)
+            prefix += rest.pop(0)[0] + "."
+        if not rest or (target := self.symbol(prefix + rest[0][0])) is None:
+            return
+        yield Occurrence(module, rest[0][1], target)
+        metric = self.symbol(module.prefix + rest[1][0]) if rest[1:] else None
+        if metric is not None and metric.kind == "metric" and target.kind in ("model", "reference"):
+            yield Occurrence(module, rest[1][1], metric)
+
+
+def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
+    """The parts of a name and where they stand."""
+    start, column = name.span.start, name.span.column
+    for part in name.parts:
+        end, last = start + len(part), column + len(part)
+        yield part, replace(name.span, start=start, column=column, end=end, end_column=last)
+        start, column = end + 1, last + 1
+
+
+# ------------------------------------------------------------------ where names are names, and not words
+
+
+def mentioned(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:
+    """The names in the expressions of a declaration that may be declared ones, in the order of the text."""
+    if isinstance(node, tree.Declare):
+        yield from _within(node.value, vocabulary, Field("", "", "value", "", True, None, kind=node.kind))
+        return
+    for expression in tree.expressions(node):
+        yield from _within(expression, vocabulary, None)
+
+
+def _within(node: tree.Expression, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
+    """Those of an expression that is the value of a field, or of none."""
+    if due is not None and (due.form in WORDS or due.kind == "element"):
+        return
+    match node:
+        case tree.Name():
+            yield node
+        case tree.Call():
+            yield from _of_call(node, vocabulary, due)
+        case _:
+            for child in tree.children(node):
+                if not isinstance(child, tree.Argument):
+                    yield from _within(child, vocabulary, due)
+
+
+def _of_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
+    if (owner := before_at(node)) is not None:
+        yield owner
+    fields = fields_of(node, vocabulary, due.kind if due else "")
+    for place, argument in enumerate(node.arguments):
+        yield from _within(argument.value, vocabulary, field_of(fields, argument, place))
+
+
+def fields_of(node: tree.Call, vocabulary: Vocabulary, kind: str) -> tuple[Field, ...]:
+    """The fields of what a call makes: of a kind, or of the first that there is of its name."""
+    made = vocabulary.constructor(kind, node.function.text) if kind in vocabulary else None
+    found = made or next(iter(vocabulary.find(node.function.text)), None)
+    return found.fields if found else ()
+
+
+def field_of(fields: tuple[Field, ...], argument: tree.Argument, place: int) -> Field | None:
+    """The field that an argument gives, by its name or its place."""
+    if argument.name is not None:
+        return next((f for f in fields if f.name == argument.name), None)
+    return fields[place] if place < len(fields) else None

@@ -1,0 +1,99 @@
+"""The texts that are open in an editor, in their latest state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lsprotocol import types
+from pygls.uris import to_fs_path
+
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.field_schema import Vocabulary
+from softmark.interpreter.language_server.background_checks import Checks
+from softmark.interpreter.language_server.editor_plugins import Plugins
+from softmark.interpreter.language_server.text_document import Document
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+
+if TYPE_CHECKING:
+    from pygls.lsp.server import LanguageServer
+
+
+class Opened:
+    """Documents by their URI, the server that they are open with, and the plugins that it was told of."""
+
+    def __init__(self, server: LanguageServer, plugins: Sequence[str] = ()) -> None:
+        self.server = server
+        self.documents: dict[str, Document] = {}
+        self.checks = Checks(server, self.documents)
+        self.plugins = Plugins(server, plugins, self.checks.do, self._renew)
+        self._waiting: set[str] = set()  # for plugins
+
+    def open(self, item: types.TextDocumentItem) -> None:
+        """A text that has been opened."""
+        self._have(item.uri, self._document(item.uri, item.text, item.version))
+
+    def change(
+        self, which: types.VersionedTextDocumentIdentifier, changes: Sequence[types.TextDocumentContentChangeEvent]
+    ) -> None:
+        """The same text after changes, one after the other."""
+        now = before = self.documents.get(which.uri) or self._document(which.uri, "")
+        for change in changes:
+            now = self._document(which.uri, changed(now, change), which.version, before.read)
+        self._have(which.uri, now)
+
+    def again(self, uri: str) -> None:
+        """The same text as if nothing were known of it: what it names may have changed."""
+        self._have(uri, replace(self.documents[uri], vocabulary=self.plugins.vocabulary))
+
+    def close(self, uri: str) -> None:
+        """A text that is no longer open."""
+        self.documents.pop(uri, None)
+        self.checks.forget(uri)
+
+    @property
+    def _snippets(self) -> bool:
+        known = self.server.client_capabilities.text_document
+        item = known.completion.completion_item if known and known.completion else None
+        return bool(item and item.snippet_support)
+
+    def _have(self, uri: str, now: Document) -> None:
+        self.documents[uri] = now
+        if self.plugins.loading:
+            self._waiting.add(uri)
+        else:
+            self.checks.due(uri)
+
+    def _document(self, uri: str, text: str, version: int | None = None, earlier: Scene | None = None) -> Document:
+        return document(uri, text, version, self._snippets, earlier, self.plugins.vocabulary)
+
+    def _renew(self, changed: bool) -> None:
+        """Plugins are loaded: all is looked at again if there are other words now, else what has waited."""
+        waiting, self._waiting = self._waiting, set()
+        for uri in list(self.documents if changed else waiting & self.documents.keys()):
+            self.again(uri)
+        can = self.server.client_capabilities.workspace
+        if changed and can and can.semantic_tokens and can.semantic_tokens.refresh_support:
+            self.server.workspace_semantic_tokens_refresh(None)
+        if changed and can and can.inlay_hint and can.inlay_hint.refresh_support:
+            self.server.workspace_inlay_hint_refresh(None)
+
+
+def document(
+    uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None,
+    vocabulary: Vocabulary = CATALOGUE,
+) -> Document:  # fmt: skip
+    """A text of a URI; what lies in no file looks for files in the working folder."""
+    path = to_fs_path(uri)
+    file = Path(path) if path else None
+    return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier, vocabulary)
+
+
+def changed(before: Document, change: types.TextDocumentContentChangeEvent) -> str:
+    """The text after one change of a part or of all of it."""
+    if not isinstance(change, types.TextDocumentContentChangePartial):
+        return change.text
+    start, end = before.offset(change.range.start), before.offset(change.range.end)
+    return before.text[:start] + change.text + before.text[max(start, end) :]

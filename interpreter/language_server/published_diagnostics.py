@@ -1,0 +1,73 @@
+"""What `dsl check` says of a text while it is written, as the protocol has it."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from lsprotocol import types
+
+from softmark.grammar.diagnostic import Diagnostic, Second, encodable
+from softmark.interpreter.help import codes as known_codes
+from softmark.interpreter.language_server.text_document import Document
+from softmark.scenes import ROOT
+
+SEVERITY = {"error": types.DiagnosticSeverity.Error, "warning": types.DiagnosticSeverity.Warning}
+PAGES = Path(known_codes.__file__).resolve().parent
+START = types.Range(types.Position(0, 0), types.Position(0, 0))
+UNUSED = frozenset({"W309"})  # codes of what nothing needs, which editors show faded
+
+
+def diagnostics(document: Document, found: list[Diagnostic] | None = None) -> list[types.Diagnostic]:
+    """Messages about a text, and about others that it uses; without any, all that `dsl check` has."""
+    return [diagnostic(document, one) for one in (document.checked[1] if found is None else found)]
+
+
+def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
+    """One message; where it is about another text, it stands at the start of this one, and names the place there."""
+    here = _is_here(document, found.source)
+    remarks = [found.message, *([f"help: {found.help}"] if found.help else []), *(f"note: {n}" for n in found.notes)]
+    also = list(found.also)
+    if not here and found.source is not None and found.span is not None:
+        also.insert(0, Second(found.source, found.span, found.label or found.message))
+    return types.Diagnostic(
+        document.range(found.span) if here and found.span else START,
+        encodable("\n".join(remarks)),
+        SEVERITY[found.severity],
+        found.code,
+        _description(found.code),
+        "softmark",
+        tags=[types.DiagnosticTag.Unnecessary] if found.code in UNUSED else None,
+        related_information=[_related(document, second) for second in also] or None,
+        data={"label": encodable(found.label)} if found.label else None,
+    )
+
+
+def _description(code: str) -> types.CodeDescription | None:
+    """The page of a code, as a file that an editor opens; None of one without any."""
+    return types.CodeDescription((PAGES / f"{code}.md").as_uri()) if code in codes() else None
+
+
+@cache
+def codes() -> frozenset[str]:
+    """Those that have a page."""
+    return frozenset(file.stem for file in PAGES.glob("*.md"))
+
+
+def _is_here(document: Document, source: object) -> bool:
+    return source is None or source is document.source or source == document.source
+
+
+def _related(document: Document, second: Second) -> types.DiagnosticRelatedInformation:
+    """Another place that a message is about."""
+    if _is_here(document, second.source):
+        uri, at = document.uri, document.range(second.span)
+    else:
+        uri = _file_of(document, second.source.name).absolute().as_uri()
+        at = Document(second.source.text, document.folder).range(second.span)
+    return types.DiagnosticRelatedInformation(types.Location(uri, at), encodable(second.label or second.source.name))
+
+
+def _file_of(document: Document, name: str) -> Path:
+    """The file of a text that is used, by the name that messages give it."""
+    return ROOT / name[4:] if name.startswith("std/") else Path(name)

@@ -1,0 +1,84 @@
+"""Quick fixes: what messages say to write instead, ready to be written: `textDocument/codeAction`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.help.suggested_fixes import replacement
+from softmark.interpreter.language_server.published_diagnostics import diagnostic
+from softmark.interpreter.language_server.text_document import Document
+
+KINDS = [types.CodeActionKind.QuickFix, types.CodeActionKind.SourceFixAll]
+
+
+def actions(document: Document, params: types.CodeActionParams) -> list[types.CodeAction]:
+    """One for each message in a range that names a replacement, and one that writes all of the text's."""
+    uri, only = params.text_document.uri, params.context.only or KINDS
+    found = [fix for fix in _fixes(document) if _meet(fix[2].range, params.range) or _meet(fix[1], params.range)]
+    if not any(_asked(types.CodeActionKind.QuickFix, one) for one in only):
+        found = []
+    quick = [_action(document, uri, *fix) for fix in found]
+    everything = any(_asked(types.CodeActionKind.SourceFixAll, one) for one in only)
+    return [*quick, *(_all(document, uri) if everything else ())]
+
+
+def _fixes(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
+    """Messages about the text itself that name a replacement, what is replaced, and the messages of the protocol."""
+    for found in document.found:
+        new = replacement(found)
+        if new is not None and found.source is not None and found.source.text == document.text:
+            yield found, document.range(new[0]), diagnostic(document, found)
+
+
+def _action(
+    document: Document, uri: str, found: Diagnostic, at: types.Range, shown: types.Diagnostic
+) -> types.CodeAction:
+    edit = _edit(document, found)
+    return types.CodeAction(
+        _title(document, found), types.CodeActionKind.QuickFix, [shown], is_preferred=True,
+        edit=types.WorkspaceEdit(changes={uri: [edit]}),
+    )  # fmt: skip
+
+
+def _all(document: Document, uri: str) -> Iterator[types.CodeAction]:
+    """Everything at once, of places that do not meet; nothing where there is nothing to mend."""
+    edits: list[types.TextEdit] = []
+    for found, at, _ in _fixes(document):
+        if not any(_meet(at, edit.range) for edit in edits):
+            edits.append(_edit(document, found))
+    if edits:
+        kind, change = types.CodeActionKind.SourceFixAll, types.WorkspaceEdit(changes={uri: edits})
+        yield types.CodeAction("write what messages say", kind, edit=change)
+
+
+def _edit(document: Document, found: Diagnostic) -> types.TextEdit:
+    new = replacement(found)
+    if new is None:
+        raise ValueError("a message without a replacement")
+    return types.TextEdit(document.range(new[0]), new[1])
+
+
+def _title(document: Document, found: Diagnostic) -> str:
+    """``write `kPa` for `kpa` ``, ``add `,` ``, ``remove `;` ``."""
+    span, new = replacement(found) or (None, "")
+    old = document.text[span.start : span.end] if span else ""
+    if not new.strip():
+        return f"remove `{old}`" if old else "start a new line"
+    return f"write `{new.strip()}` for `{old}`" if old else f"add `{new.strip()}`"
+
+
+def _asked(kind: str, only: str) -> bool:
+    """Whether a kind of action is one of those that are asked for, as `source.fixAll` is of `source`."""
+    return kind == only or kind.startswith(f"{only}.")
+
+
+def _meet(one: types.Range, other: types.Range) -> bool:
+    """Whether two ranges have a place in common."""
+    return not (_before(one.end, other.start) or _before(other.end, one.start))
+
+
+def _before(one: types.Position, other: types.Position) -> bool:
+    return (one.line, one.character) < (other.line, other.character)

@@ -1,0 +1,83 @@
+"""Giving a name another name, wherever it stands: `textDocument/prepareRename` and `rename`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from softmark.grammar.diagnostic import Source
+from softmark.grammar.parse_table import reserved
+from softmark.interpreter.language.expression_evaluation import PREDEFINED
+from softmark.interpreter.language.field_schema import article
+from softmark.interpreter.language_server.go_to_definition import everywhere
+from softmark.interpreter.language_server.name_index import Occurrence, Target, at
+from softmark.interpreter.language_server.open_documents import Opened
+from softmark.interpreter.language_server.request_refused import Refused
+from softmark.interpreter.language_server.text_document import Document
+from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.scenes import ROOT
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def prepare(document: Document, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
+    """The name at a place, which can be given another one. Raises Refused."""
+    found = _named(document, params.position)
+    return types.PrepareRenamePlaceholder(document.range(found.span), found.target.name)
+
+
+def rename(opened: Opened, params: types.RenameParams) -> types.WorkspaceEdit:
+    """A name replaced by another wherever it stands, in all scenes that are found to use it. Raises Refused."""
+    uri, new = params.text_document.uri, params.new_name
+    document = opened.documents[uri]
+    target = _named(document, params.position).target
+    for problem in _wrong(document, target, new):
+        raise Refused(problem)
+    changes: dict[str, list[types.TextEdit]] = {}
+    for place, span in everywhere(opened, uri, target):
+        changes.setdefault(place, []).append(types.TextEdit(span, new))
+    if target.module is document.table.modules[0]:  # others are read from where they lie, which is not rewritten yet
+        _keeps_its_meaning(document, changes.get(uri, []), new)
+    return types.WorkspaceEdit(changes=changes)
+
+
+def _named(document: Document, position: types.Position) -> Occurrence:
+    """The name at a place, if it may be renamed. Raises Refused."""
+    found = at(document, document.offset(position))
+    if found is None:
+        raise Refused("there is no name of the scene here: words of the language and fields are called as they are")
+    if any(d.code.startswith("E1") for d in document.compiled[1]):
+        raise Refused("the text has errors of syntax, and names in what cannot be read would stay: mend them first")
+    target = found.target
+    if target.module.file is not None and target.module.file.resolve().is_relative_to(ROOT.resolve()):
+        raise Refused(f"`{target.name}` is declared in the standard library, which is not rewritten")
+    return found
+
+
+def _wrong(document: Document, target: Target, new: str) -> Iterator[str]:
+    """What speaks against a new name."""
+    if not NAME.fullmatch(new):
+        yield f"`{new}` is not a name: names are made of the letters A to Z, a to z, digits and `_`"
+    if new in reserved():
+        yield f"`{new}` is a reserved word"
+    if new in PREDEFINED:
+        yield f"`{new}` has a meaning of its own and cannot be declared"
+    full, table = target.module.prefix + new, document.table
+    if new != target.name and (full in table.symbols or full in table.aliases):
+        known = table.symbols.get(full)
+        kind = getattr(known.node, "kind", "param") if known else "use"
+        yield f"`{new}` is taken: it is {article(kind)} {kind} of {target.module.source.name}"
+
+
+def _keeps_its_meaning(document: Document, edits: list[types.TextEdit], new: str) -> None:
+    """Refuse a name that makes an error where there was none, as one that is a word of the language. Raises Refused."""
+    text = document.text
+    for edit in sorted(edits, key=lambda e: (e.range.start.line, e.range.start.character), reverse=True):
+        start, end = document.offset(edit.range.start), document.offset(edit.range.end)
+        text = text[:start] + edit.new_text + text[end:]
+    before = {d.code for d in document.compiled[1]}
+    for found in compiled(Source(document.source.name, text), document.folder, document.file)[1]:
+        if found.severity == "error" and found.code not in before:
+            raise Refused(f"`{new}` would be an error, {found.code}: {found.message}")

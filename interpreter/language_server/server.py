@@ -1,0 +1,162 @@
+"""The language server: requests of an editor, each answered by a function of a file of this room.
+
+To answer one more request: a file with a function `f(document, params)` that returns what `lsprotocol.types` says of
+the method, and a line in FEATURES. Of a method whose parameters name no text document, and of one that is `wide`, the
+function gets all that is open in place of one document (`open_documents.py`). What a function raises is said on
+standard error, the answer is None; but for a reason why something is not done (`request_refused.py`), which the editor
+shows.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Generator, Sequence
+from importlib import import_module
+from typing import Any, BinaryIO, NamedTuple
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol, lsp_method
+from pygls.protocol.json_rpc import JsonRPCNotification
+
+from softmark import __version__
+from softmark.interpreter.language_server import quick_fixes, semantic_tokens
+from softmark.interpreter.language_server.open_documents import Opened
+from softmark.interpreter.language_server.request_refused import Refused, quietly, report
+from softmark.interpreter.language_server.text_document import Document
+from softmark.scenes import ROOT
+
+LATER = (50_000, 20, 20)  # when Python looks for unused cycles: a state of a text is some ten thousand objects
+TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for at, beside letters
+
+
+class Feature(NamedTuple):
+    """Who answers a request: a module of this room and a function of it; and what an editor is told beforehand."""
+
+    answer: str
+    options: Any = None
+    wide: bool = False  # it gets all that is open, though its parameters name one text
+
+
+FEATURES: dict[str, Feature] = {
+    types.INITIALIZED: Feature("file_watching:watch"),
+    types.TEXT_DOCUMENT_CODE_ACTION: Feature("quick_fixes:actions", types.CodeActionOptions(list(quick_fixes.KINDS))),
+    types.TEXT_DOCUMENT_CODE_LENS: Feature("code_lenses:lenses"),
+    types.TEXT_DOCUMENT_COMPLETION: Feature("code_completion:complete", types.CompletionOptions(TRIGGERS)),
+    types.TEXT_DOCUMENT_DEFINITION: Feature("go_to_definition:definition"),
+    types.TEXT_DOCUMENT_DID_SAVE: Feature("file_watching:saved", wide=True),
+    types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: Feature("go_to_definition:highlights"),
+    types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: Feature("document_symbols:symbols"),
+    types.TEXT_DOCUMENT_FOLDING_RANGE: Feature("document_symbols:folds"),
+    types.TEXT_DOCUMENT_FORMATTING: Feature("document_formatting:formatted"),
+    types.TEXT_DOCUMENT_HOVER: Feature("hover_text:hover"),
+    types.TEXT_DOCUMENT_INLAY_HINT: Feature("inlay_hints:hints"),
+    types.TEXT_DOCUMENT_PREPARE_RENAME: Feature("rename_symbol:prepare"),
+    types.TEXT_DOCUMENT_REFERENCES: Feature("go_to_definition:references", wide=True),
+    types.TEXT_DOCUMENT_RENAME: Feature("rename_symbol:rename", wide=True),
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: Feature("semantic_tokens:colours", semantic_tokens.LEGEND),
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: Feature("semantic_tokens:colours_between", semantic_tokens.LEGEND),
+    types.TEXT_DOCUMENT_SIGNATURE_HELP: Feature(
+        "signature_help:signature", types.SignatureHelpOptions(["(", ","], ["="])
+    ),
+    types.WORKSPACE_DID_CHANGE_CONFIGURATION: Feature("file_watching:configured"),
+    types.WORKSPACE_DID_CHANGE_WATCHED_FILES: Feature("file_watching:changed"),
+    types.WORKSPACE_SYMBOL: Feature("document_symbols:everywhere"),
+}
+
+
+class Protocol(LanguageServerProtocol):
+    """As pygls has it, but texts are ours: its own splits lines where the protocol does not, at form feeds for one."""
+
+    _server: Server
+
+    @lsp_method(types.INITIALIZE)
+    def lsp_initialize(self, params: types.InitializeParams) -> Generator[Any, Any, types.InitializeResult]:
+        """Columns count in UTF-16, which every client knows; plugins are loaded while it still hears what we can do."""
+        if params.capabilities.general:
+            params.capabilities.general.position_encodings = None
+        answer = yield from super().lsp_initialize(params)
+        self._server.opened.plugins.configure(params.initialization_options)
+        self._server.opened.plugins.load()
+        return answer
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """Parse a message of the client; answer a request whose parameters do not fit its method with an error."""
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as error:
+            if "method" in data and isinstance(data.get("id"), int | str):
+                self._send_response(data["id"], error=error.to_response_error())
+            return JsonRPCNotification(method="$/notRead", jsonrpc=self.VERSION, params=None)  # which nobody answers
+
+    @property
+    def left(self) -> bool:
+        """Whether the editor has taken leave before it went."""
+        return self._shutdown
+
+    @lsp_method(types.TEXT_DOCUMENT_DID_OPEN)
+    def lsp_text_document__did_open(self, params: types.DidOpenTextDocumentParams) -> None:
+        """A text is in an editor from now on."""
+        self._server.opened.open(params.text_document)
+
+    @lsp_method(types.TEXT_DOCUMENT_DID_CHANGE)
+    def lsp_text_document__did_change(self, params: types.DidChangeTextDocumentParams) -> None:
+        """It was changed in places."""
+        self._server.opened.change(params.text_document, params.content_changes)
+
+    @lsp_method(types.TEXT_DOCUMENT_DID_CLOSE)
+    def lsp_text_document__did_close(self, params: types.DidCloseTextDocumentParams) -> None:
+        """It is in no editor any more."""
+        self._server.opened.close(params.text_document.uri)
+
+
+class Server(LanguageServer):
+    """The server of one editor, and what is open there."""
+
+    def __init__(self, plugins: Sequence[str] = ()) -> None:
+        super().__init__("softmark", __version__, protocol_cls=Protocol)
+        self.protocol: Protocol
+        self.opened = Opened(self, plugins)
+        for method, feature in FEATURES.items():
+            self.feature(method, feature.options)(self._answering(feature))
+
+    def _answering(self, feature: Feature) -> Callable[[Any], Any]:
+        module, function = feature.answer.split(":")
+
+        def answered(params: Any) -> Any:
+            try:
+                asked = getattr(params, "text_document", None)
+                known = None if asked is None else self.opened.documents.get(asked.uri)
+                about = self.opened if asked is None or (known and feature.wide) else known
+                name = f"softmark.interpreter.language_server.{module}"
+                return None if about is None else getattr(import_module(name), function)(about, params)
+            except Refused:
+                raise
+            except (Exception, SystemExit) as error:  # an editor goes on without this answer
+                report(error)
+                return None
+
+        return answered
+
+
+def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -> int:
+    """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do.
+
+    `plugins` are files or names of plugins whose words it knows, beside those that the editor's settings name.
+    Returns the exit status of the protocol: 0 if the editor has asked for the end before, else 1.
+    """
+    gc.set_threshold(*LATER)
+    quietly()
+    server = Server(plugins)
+    server.opened.checks.warm(_first)
+    server.start_io(incoming, outgoing)  # which keeps the status to itself
+    return 0 if server.protocol.left else 1
+
+
+def _first() -> None:
+    """All words are loaded, and what answers requests."""
+    file = ROOT / "beams" / "silicone-beam.scene"
+    assert Document(file.read_text(encoding="utf-8"), file.parent, file).checked[0]
+    for feature in FEATURES.values():
+        import_module(f"softmark.interpreter.language_server.{feature.answer.split(':')[0]}")

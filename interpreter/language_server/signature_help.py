@@ -1,0 +1,51 @@
+"""The fields of the call that is being written: `textDocument/signatureHelp`."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from softmark.interpreter.help.reserved_words import CALLS
+from softmark.interpreter.help.word_pages import facts
+from softmark.interpreter.language.field_schema import Constructor
+from softmark.interpreter.language_server import hover_markdown
+from softmark.interpreter.language_server.cursor_context import Frame, around
+from softmark.interpreter.language_server.text_document import Document
+
+
+def signature(document: Document, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
+    """The innermost call around a place, and the field that is at hand there; None outside of calls."""
+    here = around(document, document.offset(params.position))
+    frame = here.call if here is not None else None
+    if frame is None:
+        return None
+    if frame.constructor is None:
+        return _function(frame)
+    field = frame.field
+    active = frame.constructor.fields.index(field) if field is not None else None
+    return types.SignatureHelp([_of_constructor(frame.constructor)], 0, active)
+
+
+def _of_constructor(c: Constructor) -> types.SignatureInformation:
+    """`fem(element, strain, size)`: what may be left out in square brackets."""
+    label, fields = f"{c.name}(", []
+    for place, f in enumerate(c.fields):
+        label += ", " if place else ""
+        start = len(label)
+        label += f.name if f.required else f"[{f.name}]"
+        fields.append(types.ParameterInformation((start, len(label)), _marked(f.doc + facts(f))))
+    return types.SignatureInformation(f"{label})", _marked(c.summary), fields)
+
+
+def _function(frame: Frame) -> types.SignatureHelp | None:
+    if frame.function not in CALLS:
+        return None
+    form, doc = CALLS[frame.function]
+    named = form[form.index("(") + 1 : -1].split(", ")
+    fields = [types.ParameterInformation(name) for name in named]
+    return types.SignatureHelp(
+        [types.SignatureInformation(form, _marked(doc), fields)], 0, min(frame.place, len(named) - 1)
+    )
+
+
+def _marked(text: str) -> types.MarkupContent:
+    return types.MarkupContent(types.MarkupKind.Markdown, hover_markdown.prose(text))

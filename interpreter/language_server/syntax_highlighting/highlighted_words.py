@@ -1,0 +1,41 @@
+"""The words that editors colour: all of them from the grammar and from the tables of constructors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+NAME = r"[A-Za-z_]\w*"
+NUMBER = r"(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+COORDINATES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Words:
+    """What each word is; every list is sorted."""
+
+    reserved: list[str]
+    kinds: list[str]
+    constructors: list[str]
+    functions: list[str]  # of numbers
+    constants: list[str]  # elements, choices of fields, coordinates, `yes`, `no` and `pi`
+
+
+@cache
+def words() -> Words:
+    """Those of the language, without plugins."""
+    from softmark.grammar.parse_table import reserved
+    from softmark.interpreter.help.reserved_words import CALLS, PLAIN
+    from softmark.interpreter.help.word_pages import constructors
+    from softmark.interpreter.validation.constructor_registry import CATALOGUE
+
+    made = constructors()
+    choices = {option for c in made for f in c.fields for option in f.options}
+    names = {c.name for c in made}
+    constants = {*choices, *CATALOGUE.words(), *PLAIN} - {""}
+    return Words(sorted(reserved()), sorted(CATALOGUE), sorted(names), sorted(CALLS), sorted(constants))
+
+
+def either(names: list[str]) -> str:
+    """A regular expression of one of several words, the longest first."""
+    return "|".join(sorted(names, key=lambda name: (-len(name), name)))

@@ -1,0 +1,172 @@
+"""A grammar of tree-sitter, for Neovim, Helix, Zed and others: its JSON as tree-sitter takes it, and the colours."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from softmark.interpreter.language_server.syntax_highlighting.highlighted_words import words
+
+TITLE = "a grammar of tree-sitter with queries, for Helix, Neovim and Zed"
+
+
+def files() -> dict[str, bytes]:
+    """The grammar, the queries, and what tree-sitter wants to know of both."""
+    about = {
+        "grammars": [{"name": "softmark", "scope": "source.softmark", "path": ".", "file-types": ["scene"],
+                      "highlights": "queries/highlights.scm"}],
+        "metadata": {"version": "0.1.0", "license": "Apache-2.0", "description": "Scenes of softmark"},
+    }  # fmt: skip
+    return {
+        "src/grammar.json": (json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n").encode(),
+        "queries/highlights.scm": queries().encode(),
+        "tree-sitter.json": (json.dumps(about, indent=2) + "\n").encode(),
+    }
+
+
+def install(folder: Path) -> str:
+    """What makes a parser of it."""
+    return f"In {folder}: tree-sitter generate src/grammar.json, then tree-sitter build; queries/ are the colours."
+
+
+Node = dict[str, Any]  # a rule, as tree-sitter writes one in JSON
+
+
+def seq(*members: Node) -> Node:
+    """One after another."""
+    return {"type": "SEQ", "members": list(members)}
+
+
+def choice(*members: Node) -> Node:
+    """One of several."""
+    return members[0] if len(members) == 1 else {"type": "CHOICE", "members": list(members)}
+
+
+def maybe(member: Node) -> Node:
+    """One or none."""
+    return choice(member, {"type": "BLANK"})
+
+
+def rule(name: str) -> Node:
+    """Another rule."""
+    return {"type": "SYMBOL", "name": name}
+
+
+def text(value: str) -> Node:
+    """A fixed text."""
+    return {"type": "STRING", "value": value}
+
+
+def word(value: str) -> Node:
+    """A reserved word, which behind a number could be a unit: there it is taken with the blanks around it."""
+    first = {"type": "PREC", "value": 1, "content": pattern(rf"[ \t]+{value}[ \t]+")}
+    spaced = {"type": "IMMEDIATE_TOKEN", "content": first}
+    return choice(text(value), {"type": "ALIAS", "content": spaced, "named": False, "value": value})
+
+
+def pattern(value: str) -> Node:
+    """A regular expression."""
+    return {"type": "PATTERN", "value": value}
+
+
+def many(member: Node) -> Node:
+    """Any number of it."""
+    return {"type": "REPEAT", "content": member}
+
+
+def named(name: str, member: Node) -> Node:
+    """A field of a node."""
+    return {"type": "FIELD", "name": name, "content": member}
+
+
+def left(level: int, *members: Node) -> Node:
+    """One after another; of two that compete the higher level wins."""
+    return {"type": "PREC_LEFT", "value": level, "content": seq(*members)}
+
+
+def listed(member: Node) -> Node:
+    """Some, with commas between, and perhaps one behind the last."""
+    return maybe(seq(member, many(seq(text(","), member)), maybe(text(","))))
+
+
+LEVELS = {1: ("or",), 2: ("and",), 4: ("<", "<=", ">", ">=", "==", "!="), 5: ("+", "-"), 6: ("*", "/")}  # how close
+UNARY = {"not": 3, "+": 7, "-": 7}
+
+
+def grammar() -> Node:
+    """The language of `grammar/scene.lark`; line ends do not count, which no scene can tell."""
+    factor = pattern(r"(%|°?[\p{L}]\w*)(\^[+-]?[0-9]+(\.[0-9]+)?)?")
+    product = many(seq(pattern(r"[*/·]"), factor))
+    below = seq(text("("), factor, product, text(")"))  # `J/(kg*K)`
+    unit = seq(pattern(r"[ \t\u00a0\u2009\u202f]*"), factor, many(seq(pattern(r"[*/·]"), choice(factor, below))))
+    expression = rule("_expression")
+    operators = [
+        left(
+            level,
+            named("left", expression),
+            named("operator", choice(*(word(o) if o.isalpha() else text(o) for o in own))),
+            named("right", expression),
+        )
+        for level, own in LEVELS.items()
+    ]
+    rules = {
+        "scene": many(rule("_declaration")),
+        "_declaration": choice(*map(rule, ("version", "title", "use", "param", "expect", "declare"))),
+        "version": seq(text("softmark"), rule("number")),
+        "title": seq(text("scene"), rule("string")),
+        "use": seq(text("use"), rule("string"), text("as"), named("name", rule("name"))),
+        "param": seq(text("param"), named("name", rule("name")), text("="), named("value", expression),
+                     maybe(seq(word("in"), expression, text(".."), expression))),
+        "expect": seq(text("expect"), expression),
+        "declare": seq(named("kind", rule("name")), named("name", rule("name")), text("="), named("value", expression)),
+        "_expression": choice(*map(rule, ("binary", "unary", "power", "quantity", "string", "path", "name", "call",
+                                          "group", "vector", "series"))),
+        "binary": choice(*operators),
+        "unary": choice(*({"type": "PREC", "value": level, "content": seq(text(sign), expression)}
+                          for sign, level in UNARY.items())),
+        "power": {"type": "PREC_RIGHT", "value": 8, "content": seq(expression, text("^"), expression)},
+        "quantity": seq(rule("number"), maybe(rule("unit"))),
+        "call": {"type": "PREC", "value": 9, "content": seq(
+            named("function", choice(rule("name"), rule("path"))), text("("), listed(rule("argument")), text(")"))},
+        "argument": choice(seq(named("field", rule("name")), text("="), named("value", expression)), expression),
+        "group": seq(text("("), expression, text(")")),
+        "vector": seq(text("("), expression, text(","), listed(expression), text(")"), maybe(rule("unit"))),
+        "series": seq(text("["), listed(expression), text("]"), maybe(rule("unit"))),
+        "number": pattern(r"([0-9]+(\.[0-9]+)?|\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?"),
+        "string": pattern(r'"([^"\\\r\n]|\\[^\r\n])*"'),
+        "path": pattern(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)+"),
+        "name": pattern(r"[A-Za-z_]\w*"),
+        "comment": pattern(r"#[^\r\n]*"),
+        "unit": {"type": "IMMEDIATE_TOKEN", "content": unit},
+    }  # fmt: skip
+    blanks = pattern(r"[\s\u00a0\u2009\u202f\uFEFF]")
+    return {"name": "softmark", "word": "name", "rules": rules, "extras": [blanks, rule("comment")], "conflicts": [],
+            "precedences": [], "externals": [], "inline": [], "supertypes": []}  # fmt: skip
+
+
+def queries() -> str:
+    """What has which colour; the last that fits counts."""
+    own = words()
+
+    def one_of(names: list[str]) -> str:
+        return " ".join(f'"{name}"' for name in names)
+
+    return f"""\
+(comment) @comment
+(string) @string
+(number) @number
+(unit) @type
+(name) @variable
+((name) @constant (#any-of? @constant {one_of(own.constants)}))
+(declare kind: (name) @keyword (#any-of? @keyword {one_of(own.kinds)}))
+(declare name: (name) @variable)
+(param name: (name) @variable)
+(argument field: (name) @property)
+(call function: (name) @function)
+(call function: (name) @constructor (#any-of? @constructor {one_of(own.constructors)}))
+(call function: (name) @function.builtin (#any-of? @function.builtin {one_of(own.functions)}))
+[{one_of(own.reserved)}] @keyword
+["=" "+" "-" "*" "/" "^" "<" "<=" ">" ">=" "==" "!=" ".."] @operator
+["(" ")" "[" "]"] @punctuation.bracket
+"""

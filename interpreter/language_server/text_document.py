@@ -1,0 +1,154 @@
+"""One state of a scene's text as an editor has it: what is known of it, and where a place of it is in the protocol.
+
+Everything of one state is found once, when it is first asked for. The protocol counts lines from 0 and columns in
+UTF-16 code units; spans count lines and columns from 1 in code points, offsets from 0.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from lsprotocol.types import Position, Range
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.lexer import BREAK, Token, lex
+from softmark.grammar.tree import Comment, Span, Tree
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.compiler import compile_scene
+from softmark.interpreter.language.field_schema import Vocabulary
+from softmark.interpreter.language.name_scope import Scope
+from softmark.interpreter.language.parameter_evaluation import evaluate
+from softmark.interpreter.language.scene_sources import LARGEST, ModuleTable
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+from softmark.interpreter.validation.scene_loader import looked_at
+
+CHECKING = threading.RLock()  # one check at a time
+
+
+@dataclass(frozen=True)
+class Document:
+    """A text and where it is kept: `folder` is where files that it names are looked for, `file` None if it has none.
+
+    `version` is what the editor counts its states by, `snippets` whether it takes texts with places to write over,
+    `vocabulary` has the words that there are, with those of plugins that the editor names.
+    """
+
+    text: str
+    folder: Path
+    file: Path | None = None
+    version: int | None = None
+    snippets: bool = False
+    address: str = ""  # the URI by which an editor knows it
+    earlier: Scene | None = field(default=None, compare=False, repr=False)  # of the state before, as far as it was read
+    vocabulary: Vocabulary = field(default_factory=lambda: CATALOGUE, compare=False, repr=False)
+
+    @property
+    def uri(self) -> str:
+        """By which an editor knows it."""
+        return self.address or (self.file.absolute().as_uri() if self.file else "untitled:scene")
+
+    @cached_property
+    def source(self) -> Source:
+        """The text as messages know it."""
+        return Source(str(self.file) if self.file else "<text>", self.text)
+
+    @property
+    def is_too_large(self) -> bool:
+        """Return whether the text exceeds the size limit of a scene; it is then refused without further checks."""
+        return len(self.text) > LARGEST
+
+    @cached_property
+    def tokens(self) -> list[Token]:
+        """Its words, also those that fit no terminal."""
+        return [] if self.is_too_large else lex(self.text).tokens
+
+    @property
+    def comments(self) -> list[Comment]:
+        """All of its comments."""
+        return [] if self.is_too_large else lex(self.text).comments
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Its declarations; those with an error of syntax are left out."""
+        modules = self.table.modules
+        return modules[0].tree if modules else Tree(())
+
+    @cached_property
+    def compiled(self) -> tuple[Scene, list[Diagnostic]]:
+        """The scene as far as it can be read, and what of it cannot."""
+        return compile_scene(self.source, self.folder, self.file, (), self.vocabulary)
+
+    @property
+    def read(self) -> Scene | None:
+        """The scene, or that of the state before where this one has not been read yet: for what must not wait."""
+        return self.compiled[0] if "compiled" in self.__dict__ else self.earlier
+
+    @property
+    def known(self) -> Scene:
+        """The same, read now where there is none."""
+        return self.read or self.compiled[0]
+
+    @property
+    def checked(self) -> tuple[Scene | None, list[Diagnostic]]:
+        """The compiled scene, None if it has errors, and all that `dsl check` says of it: found once by any thread."""
+        with CHECKING:
+            return self._checked
+
+    @cached_property
+    def _checked(self) -> tuple[Scene | None, list[Diagnostic]]:
+        scene, found = self.compiled
+        return looked_at(scene, list(found))
+
+    @property
+    def found(self) -> list[Diagnostic]:
+        """All that `dsl check` says, or, until that is done, what reading the text finds: for what must not wait."""
+        return self._checked[1] if "_checked" in self.__dict__ else self.compiled[1]
+
+    @cached_property
+    def table(self) -> ModuleTable:
+        """All names of the scene and of what it uses, as far as they can be read."""
+        table = self.compiled[0].table
+        return ModuleTable(self.vocabulary) if table is None else table
+
+    @cached_property
+    def scope(self) -> Scope:
+        """The names with the values of all parameters that have one."""
+        scope = Scope(self.table.again([]))
+        evaluate(scope, {})
+        return scope
+
+    @cached_property
+    def starts(self) -> list[int]:
+        """Offsets of the first characters of its lines."""
+        import re
+
+        return [0, *(m.end() for m in re.finditer(BREAK, self.text))]
+
+    def offset(self, position: Position) -> int:
+        """Offset of a position; beyond the end of a line it is that end, beyond the text the text's."""
+        if position.line >= len(self.starts):
+            return len(self.text)
+        start = self.starts[position.line]
+        last = position.line + 1 == len(self.starts)
+        line = self.text[start : None if last else self.starts[position.line + 1]].rstrip("\r\n")
+        units = 0
+        for index, character in enumerate(line):
+            if units >= position.character:
+                return start + index
+            units += 2 if ord(character) > 0xFFFF else 1
+        return start + len(line)
+
+    def position(self, offset: int) -> Position:
+        """The position of an offset."""
+        from bisect import bisect_right
+
+        line = bisect_right(self.starts, offset) - 1
+        before = self.text[self.starts[line] : offset]
+        return Position(line, len(before) + sum(ord(c) > 0xFFFF for c in before))
+
+    def range(self, span: Span) -> Range:
+        """A span in the protocol."""
+        return Range(self.position(span.start), self.position(span.end))

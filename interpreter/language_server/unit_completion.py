@@ -1,0 +1,100 @@
+"""Units behind a number: those of the dimension that its place asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lsprotocol.types import CompletionItemKind as Kind
+
+from softmark.grammar.lexer import Token
+from softmark.grammar.statement_splitting import CLOSERS, OPENERS
+from softmark.interpreter.help.display_units import common, meaning, measures
+from softmark.interpreter.language import units
+from softmark.interpreter.language.expression_evaluation import FUNCTIONS
+from softmark.interpreter.language.field_schema import Field
+from softmark.interpreter.language.units import Dimension
+from softmark.interpreter.language_server.completion_items import Offer
+from softmark.interpreter.language_server.cursor_context import NAMES, Frame, Surroundings
+from softmark.interpreter.language_server.declared_names import dimension
+
+WITH_DIMENSION = frozenset({"quantity", "vector", "list", "each", "points", "vectors"})  # forms of fields
+PRODUCTS = frozenset({"TIMES", "CIRCUMFLEX"})
+
+
+def behind_number(here: Surroundings) -> bool:
+    """Whether a unit may stand here: a number, a vector or a list ends before, on the same line."""
+    if not here.before or any(c in here.document.text[here.before[-1].end : here.start] for c in "\r\n"):
+        return False
+    last = here.before[-1]
+    return last.kind == "NUMBER" or (last.kind in ("RPAR", "RSQB") and not _called(here.before))
+
+
+def _called(tokens: tuple[Token, ...]) -> bool:
+    """Whether the bracket that ends the words is that of a call."""
+    depth = 0
+    for index in range(len(tokens) - 1, -1, -1):
+        depth += (tokens[index].kind in CLOSERS) - (tokens[index].kind in OPENERS)
+        if depth == 0:
+            return index > 0 and tokens[index].kind == "LPAR" and tokens[index - 1].kind in NAMES
+    return False
+
+
+def units_at(here: Surroundings) -> Iterator[Offer]:
+    """The units that fit, or the usual ones of all dimensions where any may."""
+    due = due_at(here)
+    for unit in measures(due) if due is not None else (unit for unit, _ in common()):
+        yield Offer(unit, Kind.Unit, meaning(unit))
+
+
+def due_at(here: Surroundings) -> Dimension | None:
+    """The dimension that a number has here, None where it may have any."""
+    for frame in reversed(here.frames):
+        if any(token.kind in PRODUCTS for token in frame.value):
+            return None
+        if frame.function and frame.constructor is None:
+            if frame.function in FUNCTIONS and (taken := FUNCTIONS[frame.function][1]) is not None:
+                return taken
+            if frame.function not in ("abs", "min", "max"):
+                return None
+        elif frame.function:
+            return _of_field(here, frame)
+    return _of_statement(here)
+
+
+def _of_field(here: Surroundings, frame: Frame) -> Dimension | None:
+    field = frame.field
+    if field is None:
+        return None
+    if field.form in WITH_DIMENSION:
+        return field.dimension
+    if field.form == "condition":
+        return units.LENGTH
+    if field.form == "integer":
+        return units.NONE
+    return _of_target(here, frame, field) if field.form == "variants" else None
+
+
+def _of_target(here: Surroundings, frame: Frame, field: Field) -> Dimension | None:
+    """Of what a sweep varies: a parameter, or a field of a declaration."""
+    tokens = here.before[here.before.index(frame.opener) + 1 :]
+    name = next((t.text for t in tokens if t.kind in NAMES and t.text not in ("target", "over")), "")
+    found = dimension(here.document, name)
+    owner, _, own = name.rpartition(".")
+    known = here.document.known.declared.get(owner)
+    meant = known.constructor.field(own) if found is None and known is not None else None
+    return found if meant is None else meant.dimension
+
+
+def _of_statement(here: Surroundings) -> Dimension | None:
+    """Of a parameter what its value says, of an expectation what is compared."""
+    if any(token.kind in PRODUCTS for token in here.before):
+        return None
+    for token in here.before[2:] if here.kind == "param" else here.before[1:]:
+        if token.kind == "UNIT":
+            try:
+                return units.parse(token.text).dimension
+            except units.UnitError:
+                continue
+        if token.kind in NAMES and (found := dimension(here.document, token.text)) is not None:
+            return found
+    return None

@@ -1,0 +1,126 @@
+"""The energy norm of the error, as the theory of finite elements has it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric_base import Metric
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.records import dataclass
+from softmark.solvers.materials.isotropic_material import Isotropic
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.measurement import Field, Floats, Seen
+    from softmark.interpreter.problem.body_case import Case
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+STEP = 1e-4  # of the body's extent
+
+
+@dataclass(frozen=True)
+class StrainEnergyNorm(Metric):
+    """Relative error in the energy norm: strains weighed by stiffness, over a volume.
+
+    eta = sqrt(sum w dE : C : dE) / sqrt(sum w E : C : E), with E = (F^T F - I) / 2 the Green-Lagrange strain of the
+    reference, dE its difference from the model's, w the volume of each point of the probe, and C the isotropic
+    stiffness at rest, A : C : A = lam tr(A)^2 + 2 mu A : A. For small strains this is the energy norm of the theory of
+    finite elements, |e|^2 = integral of eps(e) : C : eps(e), whose square is twice the strain energy of the error
+    (Zienkiewicz and Zhu 1987). At finite strain it stays a norm of the error in strain; it is then no
+    longer the energy of any one material.
+
+    E does not change under a rigid motion, so a rotation of either solution is no error here: what this norm finds is
+    a wrong strain, and `tip_error` finds a wrong place. The "relative energy norm error" of Marchal et al. (2008),
+    here `energy_norm`, is neither: it is an l2 norm of displacements, which weighs no strain by no stiffness, grows
+    with any rigid motion, and depends on where points lie.
+
+    F = I + du/dX by central differences over 1e-4 of the body's extent: the error is of second order, 1e-8 relative
+    for a field that varies over the extent, rounding adds 1e-12, and the step is so much shorter than a cell that few
+    differences reach across a face of a piecewise field (those see the mean of both sides). Linear tetrahedra have a
+    constant strain in each cell: expect eta to fall with the first power of the cell size. A beam theory that keeps
+    cross-sections rigid has no lateral strain in its field; against a solid that is an error of its own, and as a
+    reference it is one that solids cannot reach.
+
+    Beside its value a report has error_energy_J and reference_energy_J (half the two sums), volume_m3, points, step_m
+    and strain_max (largest norm of E in the reference, which tells whether strains are small).
+    """
+
+    probe: Annotated[str, "probe", "a probe of the volume"]
+    against: Annotated[str, "reference or model", "the solution that is taken as right: a field of displacements"]
+    unit: ClassVar[str] = "1"
+    uncertain: ClassVar[bool] = False
+
+    def measure(self, seen: Seen) -> Measurement:
+        """eta. Raises Undefined without a volume, a field of the reference, moduli, or any strain to compare with."""
+        w, u, known = _wanted(seen)
+        step = STEP * float(np.linalg.norm(np.ptp(seen.X, axis=0)))
+        if step == 0.0:
+            raise Undefined("the points of the probe lie in one place")
+        E = green_lagrange(known, seen.X, step)
+        dE = green_lagrange(u, seen.X, step) - E
+        error, size = _energy(dE, w, seen.case, seen.X), _energy(E, w, seen.case, seen.X)
+        if size == 0.0:
+            raise Undefined("the reference is not strained, so nothing is relative to it")
+        details = {
+            "error_energy_J": 0.5 * error,
+            "reference_energy_J": 0.5 * size,
+            "volume_m3": float(w.sum()),
+            "points": len(w),
+            "step_m": step,
+            "strain_max": float(np.linalg.norm(E, axis=(1, 2)).max()),
+        }
+        return Measurement(math.sqrt(error / size), details)
+
+
+def _wanted(seen: Seen) -> tuple[Floats, Field, Field]:
+    """Weights, the model's field and the reference's. Raises Undefined where one is missing."""
+    if seen.weights is None:
+        raise Undefined("an integral over the body needs a probe of its volume")
+    if seen.displacement is None:
+        raise Undefined("it has no field of displacements to take strains from")
+    if seen.known is None or seen.known.displacement is None:
+        raise Undefined("the reference is not a field of displacements, so it has no strains")
+    return seen.weights, seen.displacement, seen.known.displacement
+
+
+def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
+    """E = (F^T F - I) / 2 (n, 3, 3) at X (n, 3), by central differences over `step` (m)."""
+    grad = np.empty((len(X), 3, 3))  # grad[:, i, J] = du_i/dX_J
+    for J, e in enumerate(step * np.eye(3)):
+        grad[:, :, J] = (u(X + e) - u(X - e)) / (2.0 * step)
+    turned = grad.swapaxes(1, 2)
+    E: Floats = 0.5 * (grad + turned + turned @ grad)  # without F^T F - I, which would lose small strains
+    return E
+
+
+def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
+    """sum w E : C : E, J, with the moduli at rest of the material at each point X (n, 3)."""
+    materials = case.materials
+    if not all(isinstance(material, Isotropic) for material in materials):
+        raise Undefined("the material has no shear modulus and no Lamé constant at rest")
+    each = [_moduli(material, X) for material in materials]
+    mu, lam = each[0]
+    if case.parts:
+        from softmark.interpreter.problem.group_conditions import of_places
+        from softmark.interpreter.problem.material_layers import number
+
+        at = number(case, X, of_places(case, X)), np.arange(len(X))
+        mu, lam = np.array([own[0] for own in each])[at], np.array([own[1] for own in each])[at]
+    if not np.isfinite(lam).all():
+        raise Undefined("in an incompressible material any change of volume has infinite energy")
+    trace = np.trace(E, axis1=1, axis2=2)
+    return float(w @ (lam * trace**2 + 2.0 * mu * (E**2).sum(axis=(1, 2))))
+
+
+def _moduli(material: Isotropic, X: Floats) -> tuple[Floats, Floats]:
+    """mu and lam (n,) at points X (n, 3), Pa."""
+    if not material.uniform:
+        from softmark.interpreter.problem.field_files import material_at
+
+        material = material_at(material, X)
+    mu, lam = (np.broadcast_to(modulus, len(X)) for modulus in (material.shear_modulus, material.lame_lambda))
+    return mu, lam

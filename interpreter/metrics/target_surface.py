@@ -1,0 +1,72 @@
+"""The surface that a metric measures to, and on which side of it a point lies.
+
+Distances themselves are in `softmark.references.surface_geometry`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.references.surface_geometry import Closest, SearchedSurface, unit_normals, vertex_normals
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.measurement import Floats, Seen
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+ROUNDING = 1e-9  # a barycentric coordinate closer to zero is zero: the point lies on an edge
+
+
+def known_surface(seen: Seen) -> SearchedSurface:
+    """What distances are measured to: a measured surface, or that of the probe as the reference deforms it.
+
+    Raises Undefined where the reference has neither.
+    """
+    known = seen.known
+    if known is not None and known.surface is not None:
+        return SearchedSurface(known.surface.points, known.surface.triangles)
+    if known is None or known.u is None:
+        raise Undefined("the reference is neither a measured surface nor a field of displacements there")
+    if seen.triangles is None or not len(seen.triangles):
+        raise Undefined("the surface of this reference is that of the probe, which has no triangles")
+    return SearchedSurface(seen.X + known.u, seen.triangles)
+
+
+def side(x: Floats, closest: Closest, target: SearchedSurface) -> Floats:
+    """1 for points x (n, 3) outside a surface and -1 inside, (n,), by their closest points.
+
+    The sign of (x - closest) . N, with N the normal of the face; of its two faces, summed, on an edge; of all around,
+    weighed by their angles, at a corner. Any other normal fails at some corner. Source: Baerentzen and Aanaes 2005,
+    IEEE Transactions on Visualization and Computer Graphics 11:243.
+    """
+    t, share = closest.triangles, _barycentric(closest, target)
+    N, zero = unit_normals(target.points, target.triangles[t]), share < ROUNDING  # (n, 3)
+    edge, corner = zero.sum(axis=1) == 1, zero.sum(axis=1) == 2
+    N[edge] = _edge_normals(target)[t[edge], zero[edge].argmax(axis=1)]
+    nearest = target.triangles[t, share.argmax(axis=1)]
+    N[corner] = vertex_normals(target.points, target.triangles)[nearest[corner]]
+    return np.where(np.einsum("ni,ni->n", x - closest.points, N) < 0.0, -1.0, 1.0)
+
+
+def _edge_normals(target: SearchedSurface) -> Floats:
+    """Sum of the normals of the faces at each edge (t, 3, 3): [:, i] is the edge opposite to corner i."""
+    ends = np.sort(target.triangles[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
+    number = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
+    sums = np.zeros((number.max() + 1, 3))
+    np.add.at(sums, number, np.repeat(unit_normals(target.points, target.triangles), 3, axis=0))
+    return sums[number].reshape(-1, 3, 3)
+
+
+def _barycentric(closest: Closest, target: SearchedSurface) -> Floats:
+    """How much of each corner is in the closest points (n, 3); a third each in triangles without area."""
+    apart = target.points[target.triangles[closest.triangles]] - closest.points[:, None]  # (n, 3, 3)
+    parts = np.stack([np.cross(apart[:, (i + 1) % 3], apart[:, (i + 2) % 3]) for i in range(3)], axis=1)
+    whole = parts.sum(axis=1)  # twice the area vector
+    size = np.einsum("ni,ni->n", whole, whole)
+    flat = size == 0.0
+    share: Floats = np.einsum("nki,ni->nk", parts, whole) / np.where(flat, 1.0, size)[:, None]
+    share[flat] = 1.0 / 3.0
+    return share

@@ -1,0 +1,184 @@
+"""What metrics of stress, strain and stretch have in common: a number of a tensor at each point of a probe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar
+
+from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric_base import Metric
+from softmark.interpreter.metrics.probe_samples import Over, ProbePlace, ProbeSamples, paired
+from softmark.interpreter.metrics.undefined_metric import Undefined
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.measurement import Floats, Seen
+    from softmark.solvers.stress_recovery.stress_field import Part, Stresses
+    from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
+
+    Told = Callable[[], Stresses] | None  # of who is seen; it raises NoStress
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+WORST = 1.5**0.5  # of a tensor's norm: von Mises' stress
+
+
+class OfTensors(Metric):
+    """One that is made of stresses or strains of a model, at the points of its probe.
+
+    Against another model it is how far the two are apart, point by point, relative to that model's tensors there.
+    """
+
+    probe: str
+    over: Over
+    natural: ClassVar[str]  # the unit of its value
+
+    @property
+    def unit(self) -> str:
+        """Of its value: a plain number where it is an error."""
+        return self.natural if self.measured_from is None else "1"
+
+    @property
+    def made_of(self) -> Part:
+        """What cells must agree on for this number to be resolved."""
+        return "strain"
+
+    def values(self, tensors: Tensors) -> Floats:
+        """The number of each tensor (n,), in the metric's unit."""
+        raise NotImplementedError(f"{type(self).__name__} has no values")
+
+    def tensors(self, tensors: Tensors) -> Floats:
+        """What the numbers are of (n, 3, 3), in the metric's unit."""
+        raise NotImplementedError(f"{type(self).__name__} has no tensors")
+
+    def apart(self, one: Stresses, other: Stresses, samples: ProbeSamples, right: Stresses) -> float:
+        """Return the distance of two fields at sample points, in the metric's unit, by the norm of the whole tensor.
+
+        One component may agree by chance. The norm of the difference bounds that of every component and principal value
+        (Weyl 1912), and that of von Mises' stress with sqrt(3/2). How far each is from what is `right` changes by no
+        more than that (triangle inequality). On an interface each side is compared with the same side. Raises
+        Undefined.
+        """
+        sides, theirs = paired(one, other, samples)
+        difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)
+        if self.measured_from is not None:
+            return WORST * self._norm(difference, shares) / self.scale(right, samples)
+        if self.over == "mean":
+            difference = np.average(difference, axis=0, weights=shares)[None]
+        return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
+
+    def scale(self, right: Stresses, samples: ProbeSamples) -> float:
+        """What an error is relative to, in its natural unit; 1 of what is none. Raises Undefined."""
+        if self.measured_from is None:
+            return 1.0
+        if (size := self._size(right, samples)) == 0.0:
+            raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
+        return size
+
+    def extent(self, own: Stresses, right: Stresses, samples: ProbeSamples) -> float:
+        """What an error of the displacements is multiplied by, in the metric's unit. Raises Undefined.
+
+        What tensors are there or, where these are none, in the body.
+        """
+        return max(self._size(own, samples), self.usual(own)) / self.scale(right, samples)
+
+    def _size(self, field: Stresses, samples: ProbeSamples) -> float:
+        sides = samples.sides(field)
+        return self._norm(self.tensors(sides.tensors), sides.per_row(samples.shares))
+
+    def norms(self, change: Tensors) -> Floats:
+        """The norms of small changes of a tensor (n,), in the metric's unit."""
+        return np.asarray(np.linalg.norm(self.tensors(change), axis=(1, 2)), dtype=np.float64)
+
+    def _norm(self, tensors: Floats, shares: Floats) -> float:
+        norms = np.linalg.norm(tensors, axis=(1, 2))
+        return float(np.average(norms, weights=shares) if self.over == "mean" else norms.max())
+
+    def samples(self, place: ProbePlace, field: Stresses) -> ProbeSamples:
+        """The points of a probe at which the metric looks at a field."""
+        return place.sampled(self.over, field, None if self.measured_from is not None else self.values)
+
+    def usual(self, field: Stresses) -> float:
+        """What tensors of the body come to in the mean square, in the metric's unit."""
+        raise NotImplementedError(f"{type(self).__name__} has no size")
+
+    def measure(self, seen: Seen) -> Measurement:
+        """The value, where it is, and how far the cells there are from agreeing. Raises Undefined."""
+        field = field_of(seen.stress)
+        place = ProbePlace(seen.X, seen.triangles, seen.weights, seen.domain)
+        if self.measured_from is not None:
+            return self._compared(field, place, seen)
+        samples = self.samples(place, field)
+        sides = samples.sides(field)
+        values = self._finite(sides.tensors)
+        row, value = self.reduced(values, sides.per_row(samples.shares))
+        at = samples.X[sides.rows[row]][None]
+        details = {
+            f"largest_{self._suffix}": float(values.max()),
+            f"least_{self._suffix}": float(values.min()),
+            "at_m": at[0].tolist(),
+            "points": len(seen.X),
+            "norm_Pa": float(np.linalg.norm(sides.tensors.cauchy[row])),
+            "cells_apart_Pa": float(field.unresolved(at)[0]),
+            "cells_apart_1": float(field.disagreement(at, self.made_of)[0]),
+            "usual_stress_Pa": field.usual[0],
+            "where_materials_meet": self._two_valued(field, sides, samples, seen),
+        }
+        here = values[sides.rows == sides.rows[row]]
+        if len(here) > 1:
+            details[f"sides_{self._suffix}"] = here.tolist()
+        return Measurement(value, details, samples=values if len(values) > 1 else None)
+
+    def _two_valued(self, field: Stresses, sides: Sides, samples: ProbeSamples, seen: Seen) -> int:
+        """Return the number of points with two values; for a mean, 0 if they have no weight in the integral."""
+        if self.over == "largest":
+            return int(field.shared(seen.X))
+        part = float(sides.per_row(samples.shares)[sides.two_valued].sum())
+        return round(part * len(seen.X)) or int(part > 0.0)
+
+    def _compared(self, field: Stresses, place: ProbePlace, seen: Seen) -> Measurement:
+        """Measure the difference to the values of the reference model, at the same points."""
+        samples = self.samples(place, field)
+        try:
+            right = field_of(None if seen.known is None else seen.known.stress)
+            sides, known = paired(field, right, samples)
+            values, theirs = self._finite(sides.tensors), self._finite(known)
+        except Undefined as undefined:
+            raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined
+        far, size = np.abs(values - theirs), self.scale(right, samples)
+        row, value = self.reduced(far, sides.per_row(samples.shares))
+        details = {f"difference_{self._suffix}": value, f"size_{self._suffix}": size}
+        details |= {"at_m": samples.X[sides.rows[row]].tolist(), "points": len(seen.X)}
+        return Measurement(value / size, details, samples=far / size if len(far) > 1 else None)
+
+    @property
+    def _suffix(self) -> str:
+        return "Pa" if self.natural == "Pa" else "1"
+
+    def _finite(self, tensors: Tensors) -> Floats:
+        values = self.values(tensors)
+        if not np.all(np.isfinite(values)):
+            raise Undefined("the state is so deformed that it has no number in every point")
+        return values
+
+    def reduced(self, values: Floats, shares: Floats) -> tuple[int, float]:
+        """Return the row of the largest magnitude, and the value there or the mean."""
+        row = int(np.abs(values).argmax())
+        return row, float(values[row] if self.over == "largest" else shares @ values)
+
+
+def field_of(told: Told) -> Stresses:
+    """The stresses of who is seen. Raises Undefined where it has none."""
+    if told is None:
+        raise Undefined(
+            "only finite elements and beams have a stress at every point, and this is known by its displacements alone"
+        )
+    from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+
+    try:
+        field: Stresses = told()
+        field.sampled()
+    except NoStress as refused:
+        raise Undefined(str(refused)) from refused
+    return field

@@ -1,0 +1,71 @@
+"""How far two motions are from each other, over points and time."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from softmark.interpreter.metrics.measurement import Measurement
+from softmark.interpreter.metrics.metric_base import Metric
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.metrics.measurement import Floats, Seen
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+
+@dataclass(frozen=True)
+class CourseNorm(Metric):
+    """Relative l2 norm of the error of a motion, over the points of a probe and all times.
+
+    sqrt(sum |u(X, t) - u_ref(X, t)|^2 / sum |u_ref(X, t)|^2), over the points X of the probe and the times t of the
+    reference that both have, each by the time that it stands for (steps may have been halved).
+    Between its own times u is interpolated linearly. What a model gets wrong on the way
+    shows here and not in metrics of the end, where a damped body has come to rest whatever it did before: a step
+    that is accepted unsolved, numerical damping, a wrong frequency. Details: worst_m, the largest distance of any
+    point at any time, and when_s.
+    """
+
+    probe: Annotated[str, "probe", "the points that are followed"]
+    against: Annotated[str, "reference or model", "a model with a history that is taken as right"]
+    unit: ClassVar[str] = "1"
+    uncertain: ClassVar[bool] = False
+
+    def measure(self, seen: Seen) -> Measurement:
+        """The norm. Raises Undefined where one of the two has no history."""
+        known = seen.known
+        if seen.times is None or seen.course is None:
+            raise Undefined("it has no history: the analysis is static, or the probe is one of a surface")
+        if known is None or known.times is None or known.course is None:
+            raise Undefined(f"`{self.against}` has no history")
+        common = known.times <= seen.times[-1] * (1 + 1e-9)
+        t, right = known.times[common], known.course[common]
+        distance = np.linalg.norm(_at(t, seen.times, seen.course) - right, axis=2)  # (t, n)
+        stands = _stands_for(t)[:, None]
+        size = float((stands[:, :, None] * right**2).sum())
+        if size == 0.0:
+            raise Undefined(f"`{self.against}` does not move, so nothing is relative to it")
+        worst = np.unravel_index(int(distance.argmax()), distance.shape)
+        details = {"worst_m": float(distance[worst]), "when_s": float(t[worst[0]])}
+        return Measurement(math.sqrt(float((stands * distance**2).sum()) / size), details, distance.max(axis=1))
+
+
+def _stands_for(t: Floats) -> Floats:
+    """How much time (k,) each of the times t stands for: half the way to its neighbours; at the ends, all of one."""
+    if len(t) < 2:
+        return np.ones(len(t))
+    steps = np.diff(t)
+    stands: Floats = 0.5 * (np.concatenate([steps[:1], steps]) + np.concatenate([steps, steps[-1:]]))
+    return stands
+
+
+def _at(t: Floats, times: Floats, course: Floats) -> Floats:
+    """A course (m, n, 3) known at `times` (m,), at the times t (k,), linearly between them (k, n, 3)."""
+    after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
+    share = (t - times[after - 1]) / (times[after] - times[after - 1])
+    between: Floats = course[after - 1] + share[:, None, None] * (course[after] - course[after - 1])
+    return between

@@ -1,0 +1,281 @@
+"""Building and solving a beam model: everything here is arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache, reduce
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam import beam_supports
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, beside, station
+from softmark.interpreter.models.beam.beam_nodal_forces import in_space, on_rod
+from softmark.interpreter.models.beam.load_lumping import of_force, of_line
+from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia, of_section, stiffnesses
+from softmark.interpreter.models.postprocessing.vibrations import about, none
+from softmark.interpreter.models.shared import static_result
+from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, of_rod
+from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.problem.axial_selection import coverage
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.rod_rotation import rotation
+from softmark.solvers.energies.rod_section import RodSection, RodStiffness, VaryingStiffness
+from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
+from softmark.solvers.linear import factorisations
+from softmark.solvers.mesh.shape import Prism
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Statics, equilibrium
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+
+@dataclass(frozen=True)
+class PreparedBeam(Meshless):
+    """A rod at rest and its static problem."""
+
+    declared: Declared
+    case: Case
+    stations: Floats  # of its nodes (n,), m
+    rest: Floats
+    elastic: RodElastic
+    problem: Statics
+    size: dict[str, int]
+    disturbance: Disturbance | None = None
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+
+    @property
+    def points(self) -> Floats:
+        """Nodes of the axis (n, 3), undeformed, m."""
+        return self.rest.reshape(-1, 7)[:, :3]
+
+    @property
+    def along(self) -> Callable[[Floats], Floats] | None:
+        """On a curved axis, what says the stations (k,) of points (k, 3), m."""
+        shape = self.case.prism
+        return None if isinstance(shape, Prism) else shape.stations
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself at these nodes, at rest: forces and moments in space (n, 6), N and N m."""
+        return in_space(self.applied, self.rest, rotation(self.rest.reshape(-1, 7)[:, 3:]))
+
+    def warm(self) -> None:
+        """Nothing to compile, beams are numpy; but libraries and classes are made at their first use."""
+        factorisations.warm(len(self.problem.assembly.tangent(self.rest, 1.0, projected=True).data))
+        _solve_one_segment()
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest."""
+        problem, last = replace(self.problem, watch=watch), [self.problem.assembly]
+        remedy = "try more segments or a smaller load"
+        return static_result.solution(
+            lambda: self._equilibrium(problem, last), remedy, lambda found: self._finish(found, last[-1])
+        )
+
+    def _equilibrium(self, problem: Statics, solved: list[Assembly]) -> Equilibrium:
+        """The equilibrium; modes that are switched off lose their last strain in a second solution from the first.
+
+        The assembly of that joins those that were `solved`.
+        """
+        put = self.disturbance
+        found = equilibrium(problem) if put is None else of_rod(put, problem, self.rest)
+        if not self.elastic.stiffness.rigid:
+            return found
+        stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
+        solved.append(stiff)
+        still = np.zeros_like(problem.target)
+        again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load", way=None))
+        known = {**found.facts, **again.facts}
+        history = found.history + again.history
+        return replace(again, history=history, facts=known, critical=found.critical or again.critical)
+
+    def _finish(self, found: Equilibrium, assembly: Assembly) -> Solution:
+        solution = static_result.found(found, lambda X: displacement_at(found.x, self.rest, X, self.along))
+        modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
+        if self.along is not None:
+            modes = none("those of curved beams are not known yet: `fem(...)` finds them")
+        notes = (*static_result.doubts(self.declared, found), *self._pressed(found.x))
+        seen = replace(solution, notes=notes, vibrations=modes if found.solved else None)
+        solved = replace(self.problem, assembly=assembly)
+        carried = cache(lambda: on_rod(solved, found.x, self.applied))
+        return replace(seen, carried=carried, stress=cache(lambda: self._stress(solved, found.x)))
+
+    def _stress(self, solved: Statics, x: Floats) -> Any:
+        """Of its sections in a state x (nodes * 7,)."""
+        from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
+
+        shape, stations = self.case.prism, self.stations
+        (ends,) = (e.local_forces(x) for e in solved.assembly.internal if isinstance(e, RodElastic))
+        lines = lines_on(self.case, shape, stations, lambda line: (shape.own(line.begin)[0], shape.own(line.end)[0]))
+        piece = Piece(shape, stations, self.rest.reshape(-1, 7), x.reshape(-1, 7), ends, lines)
+        return SectionStresses([piece], self.case, lambda X: np.zeros(len(X), dtype=np.int64))
+
+    def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """Warnings where tendons pull their guides together."""
+        if not any(isinstance(load.thing.action, Routed) for load, _ in self.applied):
+            return ()
+        from softmark.interpreter.models.beam.beam_tendons import pressed
+
+        return pressed(self.declared, self.applied, x)
+
+    def mass(self) -> Floats:
+        """Of the nodes and of the sections that turn with them (6 n,), kg and kg m^2."""
+        return _inertia(self.case, self.rest, self.stations)[:, [0, 0, 0, 1, 2, 3]].ravel()
+
+
+@cache
+def _solve_one_segment() -> None:
+    """One of a metre, held at its root, under a force that hardly bends it: once in a process."""
+    rest, fixed = rod_at_rest(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), np.arange(6)
+    elastic = RodElastic(rest, chain(2), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
+    assembly = Assembly(12, fixed, [elastic], [RodLoad(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
+    space = RodChain(rest, np.array([[True] * 3, [False] * 3]))
+    equilibrium(Statics(assembly, space, rest, fixed, np.zeros(6), bold=False))
+
+
+def load(model: Beam6Dof) -> None:
+    """All that building needs is imported with this module."""
+
+
+def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """Everything that solving needs, at rest or in motion. Raises Fault."""
+    static = at_rest(model, declared, case)
+    if not isinstance(case.analysis, Dynamic):
+        return static
+    from softmark.interpreter.models.beam.beam_dynamics import moving
+
+    parts = (static.elastic, static.problem, static.mass(), static.applied)
+    return moving(static, declared, case, *parts)
+
+
+def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
+    """A beam and its static problem. Raises Fault."""
+    shape = case.prism
+    stations = np.array(model.stations(case))
+    rest, nodes = beam_supports.at_rest(case, stations), len(stations)
+    fixed, target, way = beam_supports.fixed(case, stations.tolist())
+    elastic = RodElastic(rest, chain(nodes), _stiffness(model, case, stations))
+    held = np.zeros((nodes, 6), dtype=bool)
+    held.ravel()[fixed] = True
+    applied = _loads(case, rest, stations)
+    assembly = Assembly(6 * nodes, fixed, [elastic], _together(applied, rest))
+    space = RodChain(rest, held[:, :3])
+    problem = Statics(
+        assembly,
+        space,
+        rest,
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        jumped=space.jumped,
+        bold=False,
+        extent=shape.length,
+        weights=np.tile([1.0, 1.0, 1.0, *[1.0 / shape.length] * 3], nodes),
+        path=case.analysis.path,
+        way=way,
+    )
+    size = {"nodes": nodes, "elements": model.segments, "dofs": len(assembly.free)}
+    return PreparedBeam(declared, case, stations, rest, elastic, problem, size, disturbance_of(case), applied)
+
+
+def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
+    """Masses and moments of inertia about e1, e2 and e3 of the nodes (n, 4), kg and kg m^2.
+
+    A half of each segment's at both its ends; of one that tapers each by its linear shape function.
+    """
+    shape, rho = case.prism, case.material.density
+    if shape.tapered:
+        tapering: Floats = rho * at_nodes(shape, stations, inertia)
+        return tapering
+    half = 0.5 * lengths(rest, chain(len(stations)))
+    shares = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
+    even: Floats = rho * np.outer(shares, inertia(shape.section))
+    return even
+
+
+def _stiffness(model: Beam6Dof, case: Case, stations: Floats) -> RodStiffness | VaryingStiffness:
+    """Stiffnesses of the section, or of each element; e2 and e3 lie along the transverse axes of the shape."""
+    shape, flexible = case.prism, {"shear": model.shear, "axial": model.axial}
+    if shape.tapered:
+        return VaryingStiffness(stiffnesses(shape, stations, case.material)).without(shape.length, **flexible)
+    return of_section(shape.section, case.material).stiffness.without(shape.length, **flexible)
+
+
+def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, Energy], ...]:
+    """Every load with what it does to the nodes."""
+    return tuple((load, _load(case, load, rest, stations)) for load in case.loads)
+
+
+def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
+    """All of them, forces at nodes in one, and tendons in another."""
+    found = [energy for _, energy in applied]
+    forces = sum((e.forces for e in found if isinstance(e, RodLoad)), np.zeros((rest.size // 7, 3)))
+    others = [e for e in found if not isinstance(e, RodLoad)]
+    if not any(isinstance(load.thing.action, Routed) for load, _ in applied):
+        return [RodLoad(rest, forces), *others]
+    from softmark.solvers.energies.rod_tendons import RodTendons
+
+    tendons = [e for e in others if isinstance(e, RodTendons)]
+    one = [reduce(RodTendons.joined, tendons)] if tendons else []
+    return [RodLoad(rest, forces), *(e for e in others if not isinstance(e, RodTendons)), *one]
+
+
+def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
+    """One load: forces at nodes, what turns the section of one, or a tendon."""
+    match load.thing.action:
+        case Routed() as action:
+            from softmark.interpreter.models.beam.beam_tendons import tendon
+
+            return tendon(case, action, rest, stations)
+        case Turning(where=where, moment=moment):
+            from softmark.solvers.energies.rod_loads import RodMoments
+
+            node = 0 if coverage(where, case.prism, 0.0) == "all" else len(stations) - 1
+            return RodMoments(np.array([node]), np.array([moment]))
+        case AtPoint(at=at, force=force) if station(case, at) is None:
+            from softmark.solvers.energies.rod_loads import RodArms
+
+            node = int(np.abs(stations - (beside(case, at) or 0.0)).argmin())
+            x = rest.reshape(-1, 7)[node]
+            arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]
+            return RodArms(rest, np.array([node]), arm[None], np.array([force]))
+    return RodLoad(rest, _forces(case, load, rest, stations))
+
+
+def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
+    """Of one load, at the nodes (n, 3), N."""
+    shape, forces = case.prism, np.zeros((len(stations), 3))
+    match load.thing.action:
+        case PerMass(acceleration=g):
+            if shape.tapered:
+                areas = at_nodes(shape, stations, lambda section: [section.area])
+                weights: Floats = areas * case.material.density * np.array(g)
+                return weights
+            w = case.material.density * shape.section.area * np.array(g)
+            if isinstance(shape, Prism):
+                return RodLoad.uniform(rest, chain(len(stations)), w).forces
+            half = 0.5 * np.diff(stations)[:, None] * w  # of the arc: its chords are shorter
+            forces[:-1] += half
+            forces[1:] += half
+        case PerArea(where=where, traction=traction):
+            node = 0 if coverage(where, shape, 0.0) == "all" else -1
+            forces[node] = shape.section_at(stations[node]).area * np.array(traction)
+        case AtPoint(at=at, force=force):
+            nodes, shares = of_force(station(case, at) or 0.0, force, stations)
+            forces[nodes] = shares
+        case PerLength(begin=begin, end=end, force=q):
+            ends = sorted(station(case, p) or 0.0 for p in (begin, end))
+            forces += np.outer(of_line(ends[0], ends[1], stations), q)
+        case unknown:  # refused when a scene is checked
+            raise TypeError(f"no beam knows a load that acts as {type(unknown).__name__}")
+    return forces

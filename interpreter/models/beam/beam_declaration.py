@@ -1,0 +1,335 @@
+"""The geometrically exact beam."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.beam import curved_beam_limits, flat_strips
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.problem.axial_selection import borders, coverages, end_of, inside, whole
+from softmark.interpreter.problem.body_case import Fault
+from softmark.interpreter.results.run_report import ModelKind
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.records import dataclass
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Cone
+from softmark.solvers.mesh.shape import Prism, Swept
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+
+OF_SECTIONS = "finite", "sections"  # the measure of strain, and what stress is known of
+MOST_WOUND = 0.5 * math.pi * (1.0 + 1e-9)  # rad, of a tendon along a segment; from half a turn on it seems to wind back
+
+
+@dataclass(frozen=True)
+class Beam6Dof(Model):
+    """Geometrically exact beam with six degrees of freedom per node, for bodies along an axis.
+
+    Simo-Reissner theory: cross-sections stay plane and move rigidly, strains of the axis are small, rotations
+    are not limited. Two-node elements with one integration point, second order, independent of the path.
+    Shear and axial flexibility are on unless they are switched off. Needs a cylinder, a tube, a box, an arc, a cone
+    without a tip or an extruded trapezoid that is slender: of these two, which taper, what elements give way by is
+    integrated. Supports must take whole cross-sections. A torque on an end face is the moment on that section, of
+    fixed direction; a force at a point beside the axis acts on an arm that turns with its section, where a node is put;
+    supports may turn. An `arc(...)` is free of stress as it is declared; of curved beams no motion, frequencies and
+    line loads are known.
+
+    Stress at rest is that of sections that warp as they like (Navier, Saint-Venant): of stretch, bending, torsion and
+    transverse shear in circles, rings and rectangles; where a beam tapers it follows the sides, to the first power of
+    their slope. Within a width of what holds, loads or joins a beam sections do not, and the theory is crude, which is
+    said (W356).
+
+    In motion, by every integrator: half the mass of a segment is at either end, with the rotary inertia of its
+    sections. Rotations are found as vectors from where a step began and never summed, so that a beam may turn without
+    limit. `midpoint` keeps linear and angular momentum. A step of 20 segments takes less than a millisecond.
+    Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
+    """
+
+    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength, Routed)  # of which `_unfit` says more
+    recovers = True
+    remembers = True
+    sectional = True
+    finely = ("segments",)
+
+    segments: Annotated[int, "1 in [1, 10000]", "elements along the axis"]
+    shear: Annotated[bool, "whether cross-sections may shear against the axis"] = True
+    axial: Annotated[bool, "whether the axis may stretch"] = True
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against a beam model of this case."""
+        if case.shape.swept is None:
+            return [_no_axis(declared, case)]
+        if beyond := curved_beam_limits.refusals(declared, case):
+            return beyond
+        flat = flat_strips.doubt(declared, case)
+        found = [*self.refusals(declared, case), *self._loads(declared, case)]
+        found += self._supports(declared, case)
+        found += [*([] if found else self._held(case)), *self._thick(declared, case), *self._rings(declared, case)]
+        return found if flat is None else [*found, flat]
+
+    def _loads(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        found = []
+        for load in case.loads:
+            reason = _unfit(load, case) or self._between(load, case)
+            if reason and isinstance(load.thing.action, self.loads):
+                found.append(
+                    diagnostic(
+                        "E501",
+                        load.at(_place(load.thing.action, case)),
+                        f"`{declared.name}` cannot represent the load `{load.name}`",
+                        reason,
+                        "beams take gravity, tendons, traction and torques on an end face, forces and lines along it",
+                    )
+                )
+        return found
+
+    def _between(self, load: Declared, case: Case) -> str:
+        """Why what turns a section cannot do that here, or nothing."""
+        action = load.thing.action
+        if isinstance(action, Routed) and action.guides is None:
+            return self._wound(case, action)
+        if isinstance(action, Routed):
+            places, what = guides(case, action), "guided"
+        elif isinstance(action, AtPoint) and station(case, action.at) is None:
+            places, what = [beside(case, action.at) or 0.0], "beside the axis"
+        else:
+            return ""
+        nodes, slack = self.stations(case), 1e-6 * case.prism.length
+        near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
+        return "" if near else f"{what} where no node can be put: use more segments"
+
+    def _wound(self, case: Case, action: Routed) -> str:
+        """Why segments do not see how a tendon winds, each of which looks where its middle is; or nothing."""
+        ends, nodes = guides(case, action), self.stations(case)
+        longest = max(b - a for a, b in pairwise(nodes))
+        turn = abs(action.winding) * min(longest / abs(ends[1] - ends[0]), 1.0)
+        if turn <= MOST_WOUND:
+            return ""
+        return f"winds by {math.degrees(turn):.3g} deg along a segment, and 90 deg are the most: use more segments"
+
+    def _supports(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        found = []
+        for support in case.supports:
+            if not isinstance(support.thing, self.supports):
+                continue
+            where = support.thing.where
+            between = {cover for _, cover in inside(where, case.prism)}
+            cover = coverages(where, case.prism, self.stations(case))
+            straight = isinstance(case.prism, Prism)
+            oblique = len(support.thing.components) < 3 and not (straight and _aligned(case.prism.axis))
+            reason = (
+                "follows tracked points, which do not move a section rigidly"
+                if support.thing.tracked is not None
+                else "takes only part of a cross-section"
+                if "some" in cover | between
+                else "selects no cross-section at a node"
+                if cover == {"none"}
+                else f"holds single components of {'an oblique' if straight else 'a curved'} beam"
+                if oblique
+                else "turns sections about an axis along which its components leave them free"
+                if support.thing.turns and _turns_free(case, support)
+                else ""
+            )
+            if reason:
+                found.append(
+                    diagnostic(
+                        "E501",
+                        support.at("where"),
+                        f"`{declared.name}` cannot represent the support `{support.name}`",
+                        reason,
+                        "a beam is held at whole cross-sections, where the condition holds at a node of its axis",
+                    )
+                )
+        return found
+
+    def _held(self, case: Case) -> list[Diagnostic]:
+        """Supports that contradict each other, or leave the beam free: clamps of different sections do neither."""
+        if not case.supports or self._apart(case):
+            return []  # none is said of the body
+        from softmark.interpreter.models.beam.beam_supports import fixed
+
+        try:
+            fixed(case, self.stations(case))
+        except Fault as loose:
+            return [loose.diagnostic]
+        return []
+
+    def _apart(self, case: Case) -> bool:
+        """Whether all supports are clamps, no two of them take one section, and some section is free."""
+        if any(len(support.thing.components) < 3 for support in case.supports):
+            return False
+        if len(case.supports) == 1:
+            return True
+        stations = tuple(self.stations(case))
+        taken = [whole(support.thing.where, case.prism, stations) for support in case.supports]
+        counts = [sum(at) for at in zip(*taken, strict=True)]
+        return bool(min(counts) == 0 and max(counts) == 1)
+
+    def _rings(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What is switched off is held by stiff springs: at rest they are made exact, in motion they would ring."""
+        off = next((name for name in ("shear", "axial") if not getattr(self, name)), None)
+        if off is None or not isinstance(case.analysis, Dynamic):
+            return []
+        return [
+            diagnostic(
+                "E533",
+                declared.at(off),
+                f"`{declared.name}` has no motion without {'shear' if off == 'shear' else 'stretch'}",
+                "a constraint",
+                f"leave `{off} = no` out: at rest it is a constraint, and in motion a spring that rings",
+            )
+        ]
+
+    def _thick(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        section = case.prism.section
+        depth = 2 * max(max(abs(u), abs(v)) for u, v in section.samples())
+        if case.prism.length >= 3 * depth:
+            return []
+        ratio = case.prism.length / depth
+        return [
+            diagnostic(
+                "W304",
+                declared.at(),
+                f"a beam {ratio:.1f} times as long as deep is not slender",
+                "beam theory is crude here",
+                "below about 3 the section warps; compare with `fem(...)`",
+            )
+        ]
+
+    def stations(self, case: Case) -> list[float]:
+        """Nodes along the axis, m from the root: equally spaced, the nearest moved to ends of supports and to arms."""
+        found = [case.prism.length * i / self.segments for i in range(self.segments + 1)]
+        inner = set(range(1, self.segments))  # that may move
+        places = {b for support in case.supports for b in borders(support.thing.where, case.prism)}
+        for border in sorted(places | _arms(case)):
+            if inner and not any(abs(s - border) <= 1e-6 * case.prism.length for s in found):
+                nearest = min(inner, key=lambda i: abs(found[i] - border))
+                found[nearest] = border
+                inner.remove(nearest)
+        return sorted(found)
+
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """That of sections, by the theory of Saint-Venant."""
+        return OF_SECTIONS
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan."""
+        return f"{self.segments} {self._words}"
+
+    @property
+    def _words(self) -> str:
+        off = [name for name, on in (("shear", self.shear), ("stretch", self.axial)) if not on]
+        return "beam segments, no mesh" + (f", without {' and '.join(off)}" if off else "")
+
+    def kind(self, case: Case) -> ModelKind:
+        """What it is but for its segments."""
+        return ModelKind(self._words, str(self.segments), None)
+
+    def orders(self) -> dict[str, int]:
+        """Two-node elements with one point are of second order (Simo and Vu-Quoc 1986)."""
+        return {"segments": 2}
+
+
+def _no_axis(declared: Declared, case: Case) -> Diagnostic:
+    """Of a body that has no sections along an axis; a cone with a tip has them, but for the last."""
+    name, body, use = declared.name, case.body.name, "or use `fem(...)`"
+    if isinstance(case.shape, Cone):
+        code, problem, reason = "E348", f"`{name}` cannot end in the tip of `{body}`", "a section that is nothing"
+        remedy = f"give the cone an `end`, {use}"
+    elif isinstance(case.shape, Extruded):
+        code, problem, reason = "E349", f"`{name}` finds no straight axis in the outline of `{body}`", "no trapezoid"
+        remedy = f"give two ends straight across x, y or z, whose middles face each other, {use}"
+    else:
+        code, problem = "E501", f"`{name}` needs a body with sections along an axis"
+        reason = f"`{body}` is not a cylinder, a tube, a box, an arc or a cone"
+        remedy = "use `fem(...)` for this body"
+    return diagnostic(code, declared.at(), problem, reason, remedy)
+
+
+def _turns_free(case: Case, support: Declared) -> bool:
+    """Whether a support turns sections about an axis along which its components leave them free."""
+    if len(support.thing.components) == 3:
+        return False
+    from softmark.interpreter.models.beam.beam_supports import turns_free
+
+    return turns_free(case, support)
+
+
+def _place(action: Any, case: Case) -> str:
+    """The field that says where a load acts; of a tendon that goes beyond one end, that end."""
+    if isinstance(action, Routed):
+        return "to" if beside(case, action.end) is None and beside(case, action.begin) is not None else "from"
+    return {AtPoint: "at", PerLength: "from"}.get(type(action), "where")
+
+
+def _aligned(axis: tuple[float, ...]) -> bool:
+    return max(abs(a) for a in axis) > 1 - 1e-12
+
+
+def _unfit(load: Declared, case: Case) -> str:
+    """Why a beam cannot carry a load, or nothing."""
+    match load.thing.action:
+        case PerMass():
+            return ""
+        case AtPoint(at=at):
+            return "" if station(case, at) is not None or beside(case, at) is not None else "not in the beam"
+        case PerLength(begin=begin, end=end):
+            if begin == end:
+                return "a line without a length"
+            on = station(case, begin) is not None and station(case, end) is not None
+            return "" if on else "not along the axis of the beam"
+        case Routed(begin=begin, end=end):
+            first, last = beside(case, begin), beside(case, end)
+            if first is None or last is None:
+                return "beyond the ends of the beam"
+            slack = 1e-6 * case.prism.length
+            return "" if abs(first - last) > slack else "a tendon that does not run along the beam"
+        case PerArea(where=where) | Turning(where=where):
+            return "" if end_of(where, case.prism) is not None else "not on one whole end face"
+    return "not a load of beam theory"
+
+
+def _arms(case: Case) -> set[float]:
+    """Where eccentric forces act and tendons end, m from the root."""
+    actions = [load.thing.action for load in case.loads]
+    points = [a.at for a in actions if isinstance(a, AtPoint) and station(case, a.at) is None]
+    places = {s for s in (beside(case, p) for p in points) if s is not None}
+    return places | {s for a in actions if isinstance(a, Routed) for s in guides(case, a)}
+
+
+def guides(case: Case, action: Routed) -> list[float]:
+    """Where a tendon is guided, m from the root: its ends and what is between; nowhere if one is beyond the beam."""
+    first, last = beside(case, action.begin), beside(case, action.end)
+    if first is None or last is None:
+        return []
+    count = (action.guides or 2) - 1
+    return [first + (last - first) * i / count for i in range(count + 1)]
+
+
+def beside(case: Case, point: tuple[float, float, float]) -> float | None:
+    """Distance from the root along the axis of the section that a point lies in, or None beyond the ends."""
+    shape = case.prism
+    s, slack = shape.own(point)[0], 1e-9 * shape.length
+    return min(max(s, 0.0), shape.length) if -slack <= s <= shape.length + slack else None
+
+
+def station(case: Case, point: tuple[float, float, float]) -> float | None:
+    """Distance from the root along the axis of a point on the axis, or None if it lies off it."""
+    return on_axis(case.prism, point)
+
+
+def on_axis(shape: Swept, point: tuple[float, float, float]) -> float | None:
+    """The same of any shape along an axis, give or take 1e-9 of its length."""
+    s, u, v = shape.own(point)
+    slack = 1e-9 * shape.length
+    held = math.hypot(u, v) <= slack and -slack <= s <= shape.length + slack
+    return min(max(s, 0.0), shape.length) if held else None

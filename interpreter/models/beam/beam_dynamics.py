@@ -1,0 +1,157 @@
+"""A beam in motion: its unknowns turn, see solvers/dynamics/rotational_inertia.py."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.shared.solid_dynamics import (
+    PreparedMotion,
+    course_of,
+    integrator_of,
+    must_be_followed,
+    support_course,
+    velocity,
+)
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.load_words import Routed
+from softmark.interpreter.vocabulary.load_words import Turning as Torque
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.rotational_inertia import Chart, Turning
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.geometrically_exact_rod import RodLoad
+from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
+from softmark.solvers.energies.rod_rotation import rotation
+from softmark.solvers.energies.rod_state import displacement_at
+from softmark.solvers.linear.banded_lu import ChainSolver
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from softmark.interpreter.models.shared.prepared_model import Prepared
+    from softmark.solvers.dynamics.integrator import Motion
+    from softmark.solvers.dynamics.time_step_error import StepError
+    from softmark.solvers.dynamics.time_step_resolution import Resolution
+    from softmark.solvers.energies.geometrically_exact_rod import RodElastic
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.static_problem import Statics
+
+NUDGE = 1e-6  # of a radian and of a metre: so small a motion is linear in double precision
+
+
+@dataclass(frozen=True)
+class MovingBeam(PreparedMotion):
+    """A rod in motion; its states are kept as positions and quaternions (nodes * 7,)."""
+
+    mesh: Mesh | None = None
+    rest: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def _turning(self) -> Turning:
+        assert self.problem.turning is not None
+        return self.problem.turning
+
+    def _state(self, motion: Motion) -> Floats:
+        return self._turning.chart.state(motion.x)
+
+    def _resolution(self) -> Resolution | None:
+        self._turning.reset()  # it is asked for at rest
+        return super()._resolution()
+
+    def _step_error(self) -> StepError | None:
+        self._turning.reset()
+        return super()._step_error()
+
+    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+        """Return the displacement field of a mode, by a finite difference, because points turn with the axis."""
+        size = float(np.abs(shape).max(initial=0.0)) or 1.0
+        self._turning.reset()
+        small = NUDGE / size
+        shift = self._shift(self._turning.chart.state(small * shape))
+        return lambda X: np.asarray(shift(X)) / small
+
+    def _shift(self, x: Floats) -> Callable[[Floats], Floats]:
+        """How far points (n, 3) around the axis move in a state."""
+        rest = self.rest
+        return lambda X: displacement_at(x, rest, X)
+
+    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+        """How points move, and where they end: there is no mesh to show."""
+        shifts = [self._shift(x) for x in states]
+
+        def course(X: Floats) -> Floats:
+            return np.array([shift(X) for shift in shifts])
+
+        return {"course": course, "displacement": shifts[-1]}
+
+    def _mesh_facts(self) -> dict[str, Any]:
+        return {}
+
+
+def moving(
+    static: Prepared, declared: Declared, case: Case, elastic: RodElastic, problem: Statics, mass: Floats,
+    applied: Sequence[tuple[Declared, Energy]],
+) -> MovingBeam:  # fmt: skip
+    """A beam with its mass at the nodes (6 n,), kg and kg m^2, and each load by itself; `problem` is that at rest."""
+    chart = RodChart(elastic.rest)
+    loads = [(load, _in_motion(load, energy, chart)) for load, energy in applied]
+    axes = rotation(elastic.rest.reshape(-1, 7)[:, 3:])
+    found = dynamics(case, problem, chart, TurningRod(chart, elastic), loads, static.points, axes, mass)
+    analysis: Any = case.analysis
+    return MovingBeam(static, declared, analysis, found, rest=elastic.rest)
+
+
+def dynamics(
+    case: Case, problem: Statics, chart: Chart, rods: Energy, loads: Sequence[tuple[Declared, Energy]], X: Floats,
+    axes: Floats, mass: Floats,
+) -> Dynamics:  # fmt: skip
+    """Of `rods` over a chart: what turns are nodes at X (n, 3), m, about their `axes` (n, 3, 3), as columns.
+
+    `mass` (6 n,) is theirs, kg and kg m^2; `problem` is that at rest. Raises Fault.
+    """
+    analysis: Any = case.analysis
+    must_be_followed(case, analysis)
+    count, own = len(X), mass.reshape(-1, 6)
+    start = np.zeros((count, 6))
+    start[:, :3] = velocity(analysis, X, np.repeat(own[:, 0], 3)).reshape(-1, 3)
+    start[:, 3:] = np.array(analysis.spin) @ axes
+    where = 6 * np.arange(count)[:, None] + np.arange(3, 6)
+    return Dynamics(
+        Assembly(6 * count, problem.fixed, [rods], [energy for _, energy in loads]),
+        mass,
+        np.zeros(6 * count),
+        start.ravel(),
+        problem.fixed,
+        problem.target,
+        support_course(case),
+        tuple(course_of(load) for load, _ in loads),
+        Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
+        integrator_of(analysis),
+        analysis.tolerance,
+        analysis.max_iterations,
+        linear=ChainSolver(),
+        lagged=False,
+        turning=Turning(chart, where, np.ascontiguousarray(own[:, 3:])),
+    )
+
+
+def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
+    """A load of the rod at rest."""
+    if isinstance(energy, RodLoad):
+        return DeadRodLoad(energy.forces)
+    if isinstance(load.thing.action, Routed):
+        from softmark.interpreter.models.beam.beam_tendons import in_motion
+
+        return in_motion(energy, chart)
+    if isinstance(load.thing.action, Torque):
+        from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedMoments
+        from softmark.solvers.energies.rod_loads import RodMoments
+
+        assert isinstance(energy, RodMoments)
+        return TurnedMoments(chart, energy)
+    return TurnedLoad(chart, energy)

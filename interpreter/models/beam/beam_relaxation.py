@@ -1,0 +1,157 @@
+"""Beams that remember: forces and moments of sections relax as the stress in them does.
+
+Sections stay plane and strains are small, so that all that is stretched and bent goes with Young's modulus, and all
+that is sheared and twisted with the shear modulus; where the bulk modulus does not relax each has a series of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam.beam_builder import PreparedBeam, at_rest
+from softmark.interpreter.models.beam.beam_nodal_forces import on_rod
+from softmark.interpreter.models.beam.beam_supports import held_values
+from softmark.interpreter.models.postprocessing import vibrations
+from softmark.interpreter.models.postprocessing.mesh_stress import Settled
+from softmark.interpreter.models.shared import static_result
+from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.quasistatic_times import Timed, whole_of
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.dynamics.implicit_midpoint import Midpoint
+from softmark.solvers.dynamics.viscoelastic_step import Remembering
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.rod_state import displacement_at
+from softmark.solvers.energies.viscoelastic_memory import Memories
+from softmark.solvers.energies.viscoelastic_rod import RodMemory
+from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.materials.youngs_relaxation import young_series
+from softmark.solvers.statics.quasistatic_history import Aged, begun, followed
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+NO_STRESS = "its stress is that of its past, which is not told of sections: ask for forces"
+
+
+@dataclass(frozen=True)
+class Gone:
+    """How points of a beam that remembers have moved, and how they did so before: `past` at `times` (t,), s."""
+
+    now: Callable[[Floats], Floats]
+    times: tuple[float, ...]
+    past: tuple[Callable[[Floats], Floats], ...]
+
+    def __call__(self, X: Floats) -> Floats:
+        """Displacements of points X (n, 3), m."""
+        return self.now(X)
+
+
+@dataclass(frozen=True)
+class AgedBeam(Meshless):
+    """A beam that remembers: `static` is the same at full size of all that acts, as stiff as it is at once."""
+
+    static: PreparedBeam
+    case: Case
+    memories: Memories
+    timed: Timed
+
+    @property
+    def size(self) -> dict[str, int]:
+        """nodes, elements, dofs."""
+        return self.static.size
+
+    @property
+    def points(self) -> Floats:
+        """Nodes of the axis (n, 3), undeformed, m."""
+        return self.static.points
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself, as it acts now (n, 6), N and N m."""
+        shares = self.timed.at(self.timed.analysis.now, False).shares
+        return [(load, share * f) for (load, f), share in zip(self.static.forces(), shares, strict=True)]
+
+    def warm(self) -> None:
+        """As the beam at rest."""
+        self.static.warm()
+
+    def solve(self, watch: Watch) -> Solution:
+        """March from the start to now."""
+        remedy = "try a shorter step, more segments or a smaller load"
+        problem = replace(self.static.problem, watch=watch)
+        came: list[Aged] = []
+
+        def find() -> Any:
+            came.append(followed(problem, begun(problem, self.memories), self.timed.after(None)))
+            found: Any = came[0].found
+            return replace(found, history=came[0].history)
+
+        return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]))
+
+    def _finish(self, found: Any, state: Aged) -> Solution:
+        rest, along = self.static.rest, self.static.along
+
+        def moved(x: Floats) -> Callable[[Floats], Floats]:
+            return lambda X: displacement_at(x, rest, X, along)
+
+        solution = static_result.found(found, Gone(moved(state.x), state.times, tuple(map(moved, state.states))))
+        energies = {"work_J": state.work, "stored_J": state.stored, "dissipated_J": state.dissipated,
+                    "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
+        facts = solution.facts | {"energies_in_time": energies}
+        ring = vibrations.none("what remembers has no stiffness that frequencies follow from")
+        seen = replace(solution, facts=facts, notes=static_result.doubts(self.static.declared, found), vibrations=ring,
+                       stress=Settled(None, NO_STRESS))  # fmt: skip
+        return replace(seen, carried=cache(lambda: self._carried(state)))
+
+    def _carried(self, state: Aged) -> Any:
+        assert state.problem is not None
+        acting = self.timed.acting(self.static.applied, state.time)
+        found = on_rod(replace(state.problem, rest=self.static.rest), state.x, acting)
+        return replace(found, energy=state.stored, dissipated=state.dissipated)
+
+
+def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The beam at full size of all that acts, and what its elements remember; or in motion. Raises Fault."""
+    if isinstance(case.analysis, Dynamic):
+        return _in_motion(model, declared, case)
+    whole = whole_of(case)
+    static = at_rest(model, declared, whole)
+    problem = static.problem
+    loads = [energy for _, energy in static.applied]
+    assembly = Assembly(problem.assembly.dofs, problem.fixed, [static.elastic], loads)
+    static = replace(static, problem=replace(problem, assembly=assembly))
+    g, tau = series_of(case.material)
+    memories = Memories((RodMemory.at_rest(static.elastic, g, tau),))
+    held = held_values(whole, static.stations.tolist())
+    owners = [held[dof][1] for dof in problem.fixed.tolist()]
+    return AgedBeam(static, case, memories, Timed.of(whole, static.applied, owners, problem.target))
+
+
+def _in_motion(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
+    from softmark.interpreter.models.beam.beam_dynamics import moving
+
+    static = at_rest(model, declared, case)
+    made = moving(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
+    rods: Any = made.problem.assembly.internal[0]
+    memories = Memories((RodMemory.at_rest(rods, *series_of(case.material)),))
+    remembering = Remembering(memories, isinstance(made.problem.integrator, Midpoint))
+    return replace(made, problem=replace(made.problem, remembering=remembering))
+
+
+def series_of(material: Viscous) -> tuple[Floats, Floats]:
+    """Shares of stretch, shears, twist and bendings (k, 6) that relax in times (k,), s."""
+    g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
+    if material.of == "whole" or material.poisson == 0.5:
+        return np.tile(g[:, None], (1, 6)), tau
+    own, late = young_series(g, tau, material.shear_modulus, material.bulk_modulus)
+    stretched, sheared = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 1.0]), np.array([0.0, 1.0, 1.0, 1.0, 0.0, 0.0])
+    return np.concatenate([np.outer(own, stretched), np.outer(g, sheared)]), np.concatenate([late, tau])

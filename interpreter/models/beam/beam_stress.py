@@ -1,0 +1,154 @@
+"""Stress of beams and networks at rest, anywhere in them: from what their sections carry, by the theory of sections.
+
+What an element carries comes from its nodal forces: the force is that in its middle, and moments are those at its ends,
+exact where forces act at nodes. Between them gravity and lines of force act, as they are told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.load_words import PerLength, PerMass
+from softmark.records import dataclass
+from softmark.solvers.energies.rod_rotation import between, rotation
+from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.mesh.shape import Swept
+from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
+from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
+from softmark.solvers.stress_recovery.section_stress import stress_in, stress_in_taper
+from softmark.solvers.stress_recovery.stress_measures import Tensors
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Section
+
+AROUND = 1e-9  # of the length: a place beyond the end is at the end
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One straight or curved axis with nodes at stations (k,), m, at rest and now (k, 7).
+
+    `ends` (k - 1, 12) are the forces and moments that hold each element, N in space and N m about axes of nodes;
+    `lines` (k - 1, 3) what acts along it, N/m.
+    """
+
+    shape: Swept
+    stations: Floats
+    rest: Floats
+    now: Floats
+    ends: Floats
+    lines: Floats
+
+    def carried(self, s: Floats) -> tuple[Floats, Floats, Floats]:
+        """At stations (n,), m: N, V2, V3, T, M2 and M3 (n, 6), and the axes at rest and now (n, 3, 3), as columns."""
+        e = np.clip(np.searchsorted(self.stations, s, side="right") - 1, 0, len(self.stations) - 2)
+        a, b = self.stations[e], self.stations[e + 1]
+        t = np.clip((s - a) / (b - a), 0.0, 1.0)
+        x = self.now[:, :3]
+        tangent = (x[e + 1] - x[e]) / (b - a)[:, None]
+        R, start = (rotation(between(q[e, 3:], q[e + 1, 3:], t)) for q in (self.now, self.rest))
+        force = self.ends[e, 6:9] - ((t - 0.5) * (b - a))[:, None] * self.lines[e]
+        first, last = self._moments
+        moment = (1.0 - t)[:, None] * first[e] + t[:, None] * last[e]
+        moment -= (0.5 * t * (1.0 - t) * (b - a) ** 2)[:, None] * np.cross(tangent, self.lines[e])
+        own = [np.einsum("nij,ni->nj", R, vector) for vector in (force, moment)]
+        return np.concatenate(own, axis=1), start, R
+
+    @cached_property
+    def _moments(self) -> tuple[Floats, Floats]:
+        """At the first and the last node of each element (k - 1, 3), N m in space, on what is before."""
+        R = rotation(self.now[:, 3:])
+        first = -np.einsum("nij,nj->ni", R[:-1], self.ends[:, 3:6])
+        return first, np.einsum("nij,nj->ni", R[1:], self.ends[:, 9:])
+
+
+@dataclass(frozen=True)
+class SectionStresses(WithoutCells):
+    """The stress of pieces made of one material, as metrics ask it; `nearest` says the piece of points (n, 3)."""
+
+    pieces: Sequence[Piece]
+    case: Case
+    nearest: Callable[[Floats], Any]
+
+    def at(self, X: Floats) -> Tensors:
+        """At points X (n, 3) of the undeformed body."""
+        six, H, own = np.zeros((len(X), 6)), np.zeros((len(X), 9)), self.nearest(X)
+        for number in np.unique(own).tolist():
+            here = own == number
+            six[here], H[here] = self._of(self.pieces[number], X[here])
+        return Tensors(six, H, False)
+
+    def _of(self, piece: Piece, X: Floats) -> tuple[Floats, Floats]:
+        """Stress (n, 6), Pa, and du/dX (n, 9) at points of one piece."""
+        s, u, v = piece.shape.coordinates(X)
+        carried, start, R = piece.carried(s)
+        along = self._in_sections(piece.shape, s, carried, u, v)
+        E, nu, G = self.case.material.young, self.case.material.poisson, self.case.material.shear_modulus
+        stress, strain = np.zeros((len(X), 3, 3)), np.zeros((len(X), 3, 3))
+        stress[:, 0] = along
+        stress[:, :, 0] = along
+        strain[:, 0] = strain[:, :, 0] = along / (2.0 * G)
+        strain[:, 0, 0] = along[:, 0] / E
+        strain[:, 1, 1] = strain[:, 2, 2] = -nu * along[:, 0] / E
+        turned, F = R @ stress @ R.swapaxes(1, 2), R @ (np.eye(3) + strain) @ start.swapaxes(1, 2)
+        return np.stack([turned[:, i, j] for i, j in SYMMETRIC], axis=1), (F - np.eye(3)).reshape(-1, 9)
+
+    def _in_sections(self, shape: Swept, s: Floats, carried: Floats, u: Floats, v: Floats) -> Floats:
+        """sigma_11, sigma_12, sigma_13 (n, 3), Pa."""
+        nu = self.case.material.poisson
+        if not shape.tapered:
+            return stress_in(shape.section, nu, carried, u, v)
+        found, places = np.zeros((len(s), 3)), np.clip(s, 0.0, shape.length)
+        for place in np.unique(places).tolist():
+            here = places == place
+            section, known = shape.section_at(place), (carried[here], u[here], v[here])
+            found[here] = stress_in_taper(section, _rates(shape, section), nu, *known)
+        return found
+
+    @cached_property
+    def usual(self) -> tuple[float, float, float]:
+        """Root mean squares of stress, Pa, strain, and deviator, Pa, over samples of sections amid elements."""
+        at = [self.at(_samples(piece.shape, piece.stations)) for piece in self.pieces]
+        sigma = np.concatenate([tensors.cauchy for tensors in at])
+        strain = np.concatenate([tensors.strain("green") for tensors in at])
+        s = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+        stress, strained, deviator = (float(np.sqrt((t**2).sum(axis=(1, 2)).mean())) for t in (sigma, strain, s))
+        return stress, strained, deviator
+
+
+def _rates(shape: Swept, section: Section) -> tuple[float, float]:
+    """By what part of themselves the sides of a section grow along a body that tapers, 1/m."""
+    ends = zip(shape.section_at(0.0).extents, shape.section_at(shape.length).extents, section.extents, strict=True)
+    first, second = ((last - begin) / (shape.length * here) for begin, last, here in ends)
+    return first, second
+
+
+def _samples(shape: Swept, stations: Floats) -> Floats:
+    """Points (n, 3), m, of sections."""
+    found = []
+    for s in (0.5 * (stations[1:] + stations[:-1])).tolist():
+        _, first, second = np.array(shape.frame(s))
+        places = np.array(shape.section_at(s).samples())
+        found.append(np.array(shape.centre(s)) + places @ np.stack([first, second]))
+    return np.concatenate(found)
+
+
+def lines_on(
+    case: Case, shape: Swept, stations: Floats, covers: Callable[[PerLength], tuple[float, float] | None]
+) -> Floats:
+    """What acts along each element (k - 1, 3), N/m: gravity, and lines of force where `covers` says they go."""
+    middle, found = 0.5 * (stations[1:] + stations[:-1]), np.zeros((len(stations) - 1, 3))
+    for load in case.loads:
+        match load.thing.action:
+            case PerMass(acceleration=g):
+                areas = np.array([shape.section_at(s).area for s in middle.tolist()])
+                found += case.material.density * areas[:, None] * np.array(g)
+            case PerLength(force=q) as line if (ends := covers(line)) is not None:
+                low, high = (np.clip(s, stations[:-1], stations[1:]) for s in sorted(ends))
+                found += ((high - low) / np.diff(stations))[:, None] * np.array(q)
+    return found

@@ -1,0 +1,84 @@
+"""Tendons of a beam: where they run, as arms from the axis at the middles of its segments, or at guides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.load_words import Routed
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.rod_guides import GuidedTendon
+from softmark.solvers.energies.rod_state import chain
+from softmark.solvers.energies.rod_tendons import RodTendons
+
+if TYPE_CHECKING:
+    from softmark.solvers.energies.incremental_rotation.moving_rods import RodChart
+
+NEAR = 0.2  # of their distance at rest: guides that come nearer would touch, and beam theory has ended long before
+
+
+def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: Floats) -> tuple[Diagnostic, ...]:
+    """Warnings where tendons pull their guides together, in a state x."""
+    found = []
+    for load, energy in applied:
+        if isinstance(energy, RodTendons | GuidedTendon) and (least := float(energy.nearest(x).min())) < NEAR:
+            found.append(diagnostic(
+                "W367", declared.at(),
+                f"`{load.name}` pulls its guides together, to {100 * least:.2g} % of their distance, in "
+                f"`{declared.name}`",
+                "bent more sharply than its tendon lies away",
+                "guides would touch, which no model here knows: pull less, or nearer to the axis",
+            ))  # fmt: skip
+    return tuple(found)
+
+
+def tendon(case: Case, action: Routed, rest: Floats, stations: Floats) -> Energy:
+    """The energy of a tendon over a rod with nodes at stations (n,), m."""
+    begin, end = sorted(case.prism.own(p) for p in (action.begin, action.end))
+    first, last, span = np.array(begin[1:]), np.array(end[1:]), end[0] - begin[0]
+    if action.guides is not None:
+        t = np.linspace(0.0, 1.0, action.guides)
+        places = begin[0] + span * t
+        nodes = np.abs(stations - places[:, None]).argmin(axis=1)
+        arms, _ = _beside(first, last, action.winding, t)
+        arms[:, 0] = places - stations[nodes]
+        return GuidedTendon(rest, nodes, arms, action.tension)
+    low, high = (np.clip(s, begin[0], end[0]) for s in (stations[:-1], stations[1:]))
+    shares = (high - low) / np.diff(stations)
+    arms, slopes = _beside(first, last, action.winding, (0.5 * (low + high) - begin[0]) / span)
+    tension = np.array([action.tension])
+    return RodTendons(rest, chain(len(stations)), arms[None], slopes[None] / span, shares[None], tension)
+
+
+def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:
+    """Arms in material axes (m, 3) at parts t of the way between two places (2,) in the section, and their slopes by t.
+
+    The last place, unwound, and the first make a straight line; every point of it is turned by its part of the winding.
+    """
+    c, s = np.cos(winding), np.sin(winding)
+    unwound = np.array([c * last[0] + s * last[1], c * last[1] - s * last[0]])
+    line, way = (1.0 - t)[:, None] * first + t[:, None] * unwound, unwound - first
+    c, s = np.cos(winding * t), np.sin(winding * t)
+    arms, slopes = np.zeros((2, len(t), 3))
+    arms[:, 1], arms[:, 2] = c * line[:, 0] - s * line[:, 1], s * line[:, 0] + c * line[:, 1]
+    slopes[:, 1] = c * way[0] - s * way[1] - winding * arms[:, 2]
+    slopes[:, 2] = s * way[0] + c * way[1] + winding * arms[:, 1]
+    return arms, slopes
+
+
+def in_motion(energy: Energy, chart: RodChart) -> Energy:
+    """The energy of a tendon over unknowns that turn."""
+    if isinstance(energy, RodTendons):
+        from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import TurnedTendons
+
+        return TurnedTendons(chart, energy)
+    from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedGuides
+
+    assert isinstance(energy, GuidedTendon)
+    return TurnedGuides(chart, energy)

@@ -1,0 +1,52 @@
+"""What beams with a curved axis cannot do, and what the theory of slender rods leaves out of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerMass, Turning
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed
+from softmark.solvers.mesh.shape import Prism
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.mesh.shape import Swept
+
+HELP = (
+    "curved beams come to rest under gravity, forces, and traction and torques on an end, held whole; or use `fem(...)`"
+)
+
+
+def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
+    """What of a case is known of straight beams alone, where this one is curved."""
+    if isinstance(case.prism, Prism):
+        return []
+    found = []
+    if isinstance(case.analysis, Dynamic):
+        found.append(_refused(declared, declared, "has no motion"))
+    for load in case.loads:
+        if not isinstance(load.thing.action, PerMass | PerArea | AtPoint | Turning):
+            found.append(_refused(declared, load, f"does not take the load `{load.name}`"))
+    for support in case.supports:
+        if type(support.thing) not in (Fixed, Displaced):
+            found.append(_refused(declared, support, f"does not take the support `{support.name}`"))
+    return found
+
+
+def _refused(declared: Declared, at: Declared, what: str) -> Diagnostic:
+    problem = f"the axis of the body is curved, and of curved axes `{declared.name}` {what}"
+    return diagnostic("E317", at.at(), problem, "straight beams only", HELP)
+
+
+def left_out(shape: Swept) -> float:
+    """What a slender rod leaves out of one that is bent at rest, relative: (width in the plane / radius)^2.
+
+    Fibres on the inner side are shorter than the axis, so that stress is not linear over the section and stretch
+    couples with bending, both in second order (Winkler 1858; Timoshenko and Goodier 1970, section 29). On the safe
+    side: tests/interpreter/test_arcs.py holds it against solids.
+    """
+    return (max(shape.section.extents) * shape.bend) ** 2

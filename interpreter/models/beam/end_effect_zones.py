@@ -1,0 +1,81 @@
+"""Where the theory of sections knows nothing: within a width of what holds a beam, of a force on it, and of a joint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.problem.axial_selection import coverage, whole
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, Routed, Turning
+from softmark.solvers.mesh.frame_shapes import Network
+from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.mesh.shape import Swept, Vector3
+
+
+def disturbed(case: Case, thing: Any, X: Floats) -> str | None:
+    """What lies within a width of some of points X (n, 3), m, so that sections are not free there; None if nothing."""
+    if not len(X):
+        return None
+    axis, width = _feet(case, X)
+    for words, place in _places(case, thing):
+        if np.any(np.linalg.norm(axis - np.array(place), axis=1) < width):
+            return words
+    return None
+
+
+def _feet(case: Case, X: Floats) -> tuple[Floats, Floats]:
+    """Of points the places on their axes (n, 3), m, and how wide sections are there (n,), m."""
+    network = case.shape
+    if not isinstance(network, Network):
+        return _on(case.prism, X)
+    axis, width, own = np.zeros_like(X), np.zeros(len(X)), network.nearest(X)
+    for number in np.unique(own).tolist():
+        axis[own == number], width[own == number] = _on(network.members[number], X[own == number])
+    return axis, width
+
+
+def _on(shape: Swept, X: Floats) -> tuple[Floats, Floats]:
+    s = np.clip(shape.stations(X), 0.0, shape.length).tolist()
+    return np.array([shape.centre(at) for at in s]), np.array([max(shape.section_at(at).extents) for at in s])
+
+
+def _places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
+    """Places on axes, m, with words for what is there."""
+    for load in case.loads:
+        match load.thing.action:
+            case AtPoint(at=at):
+                yield f"`{load.name}`", _axis_of(case, at)
+            case PerLength(begin=begin, end=end) | Routed(begin=begin, end=end):
+                yield from ((f"an end of `{load.name}`", _axis_of(case, at)) for at in (begin, end))
+            case Turning(where=where) | PerArea(where=where):
+                yield from ((f"`{load.name}`", at) for at in _taken(case, thing, where))
+    for support in case.supports:
+        yield from ((f"`{support.name}`", at) for at in _taken(case, thing, support.thing.where))
+    if isinstance(network := case.shape, Network):
+        joints = [point for i, point in enumerate(network.points, start=1) if len(network.at(i)) > 1]
+        yield from (("a joint", point) for point in joints)
+
+
+def _axis_of(case: Case, at: Vector3) -> Vector3:
+    if isinstance(case.shape, Network):
+        return at
+    return case.prism.centre(min(max(case.prism.own(at)[0], 0.0), case.prism.length))
+
+
+def _taken(case: Case, thing: Any, where: Any) -> Iterator[Vector3]:
+    """The places on axes, m, that a condition selects: those of an end alone, or of nodes."""
+    if isinstance(network := case.shape, Network):
+        from softmark.interpreter.models.beam_frame import frame_selection
+
+        points, members, _ = frame_selection.selected(where, network)
+        yield from (network.points[i] for i in points)
+        for member in (network.members[i] for i in members):
+            yield from (member.centre(s) for s in np.linspace(0.0, member.length, thing.segments + 1).tolist())
+        return
+    shape, stations = case.prism, tuple(thing.stations(case))
+    ends = [s for s in (0.0, shape.length) if coverage(where, shape, s) == "all"]
+    held = [s for s, taken in zip(stations, whole(where, shape, stations), strict=True) if taken]
+    yield from (shape.centre(s) for s in {*ends, *held})

@@ -1,0 +1,174 @@
+"""Building and solving a network: everything here is arrays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam.beam_nodal_forces import carried, in_space
+from softmark.interpreter.models.beam.load_lumping import of_force, of_line
+from softmark.interpreter.models.beam.tapered_sections import at_nodes, stiffnesses
+from softmark.interpreter.models.beam_frame import frame_selection
+from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
+from softmark.interpreter.models.beam_frame.frame_displacements import Shifts
+from softmark.interpreter.models.beam_frame.frame_layout import Layout
+from softmark.interpreter.models.postprocessing.vibrations import about
+from softmark.interpreter.models.shared import static_result
+from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.rod_joints import Jointed
+from softmark.solvers.energies.rod_section import VaryingStiffness
+from softmark.solvers.linear import factorisations
+from softmark.solvers.statics.rod_frame_state import RodNetwork
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Statics, equilibrium
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.postprocessing.nodal_forces import Carried
+    from softmark.solvers.mesh.frame_shapes import Network
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+
+@dataclass(frozen=True)
+class PreparedNetwork(Meshless):
+    """A network at rest and its static problem."""
+
+    declared: Declared
+    layout: Layout
+    elastic: RodElastic  # the members as one
+    problem: Statics
+    size: dict[str, int]
+    applied: tuple[tuple[Declared, Energy], ...]  # every load by itself
+
+    @property
+    def points(self) -> Floats:
+        """Where its loads act (p, 3), m, undeformed."""
+        return self.layout.X
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself at the points, at rest: forces and moments in space (p, 6), N and N m."""
+        return in_space(self.applied, self.layout.rest, self.layout.axes)
+
+    def warm(self) -> None:
+        """Nothing to compile; but libraries and classes are made at their first use."""
+        factorisations.warm(len(self.problem.assembly.tangent(self.layout.rest, 1.0, projected=True).data))
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest."""
+        problem = replace(self.problem, watch=watch)
+        return static_result.solution(lambda: equilibrium(problem), "try more segments or a smaller load", self._finish)
+
+    def _finish(self, found: Equilibrium) -> Solution:
+        solution = static_result.found(found, Shifts(self.layout, found.x))
+        modes = about(self.problem.assembly, found.x, self.layout.mass, self.problem.linear)
+        seen = replace(
+            solution, notes=static_result.doubts(self.declared, found), vibrations=modes if found.solved else None
+        )
+        carried = cache(lambda: self._carried(found.x))
+        return replace(seen, carried=carried, stress=cache(lambda: self._stress(found.x)))
+
+    def _stress(self, x: Floats) -> Any:
+        """Of the sections of its members in a state x (n * 7,)."""
+        from softmark.interpreter.models.beam.beam_stress import Piece, SectionStresses, lines_on
+
+        layout, network, case = self.layout, self.layout.network, self.layout.case
+        rest, now, ends = layout.rest.reshape(-1, 7), x.reshape(-1, 7), self.elastic.local_forces(x)
+        ends, pieces = ends.reshape(len(network.members), -1, 12), []
+        for i, member in enumerate(network.members):
+            stations, nodes = layout.stations(i), layout.nodes(i)
+            lines = lines_on(case, member, stations, partial(_stretch, network, i))
+            pieces.append(Piece(member, stations, rest[nodes], now[nodes], ends[i], lines))
+        return SectionStresses(pieces, case, network.nearest)
+
+    def _carried(self, x: Floats) -> Carried:
+        """What acts at the points in a state x (n * 7,); moments are about the axes of the points."""
+        layout, assembly = self.layout, self.problem.assembly
+        energy, now = sum(e.value(x) for e in assembly.internal), x.reshape(-1, 7)[layout.first, :3]
+        return carried(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
+
+
+def _stretch(network: Network, member: int, line: PerLength) -> tuple[float, float] | None:
+    """Where a line of force goes along a member, from 0: the stations of its ends, m; None of one along another."""
+    own, first, last = frame_selection.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
+    return (first, last) if own == member else None
+
+
+def load(model: Frame6Dof) -> None:
+    """All that building needs is imported with this module."""
+
+
+def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """A network with all that solving needs, at rest or in motion. Raises Fault."""
+    layout = Layout.of(case, model.segments)
+    fixed, target = layout.held()
+    held = np.zeros((layout.count, 6), dtype=bool)
+    held.ravel()[fixed] = True
+    joints, extent = layout.joints, layout.network.diagonal
+    elastic, alone = rods(layout), tuple((load, _load(layout, load)) for load in case.loads)
+    applied = tuple((load, Jointed(energy, joints)) for load, energy in alone)
+    assembly = Assembly(6 * layout.count, fixed, [Jointed(elastic, joints)], [energy for _, energy in applied])
+    space = RodNetwork(layout.rest, layout.elements, joints, held[:, :3])
+    problem = Statics(
+        assembly,
+        space,
+        layout.rest,
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        jumped=space.jumped,
+        bold=bool(np.any(target)),  # where members close a loop, what is imposed bends all of them at once
+        extent=extent,
+        weights=np.tile([1.0, 1.0, 1.0, *[1.0 / extent] * 3], layout.count),
+        path=case.analysis.path,
+    )
+    size = {"nodes": layout.count, "elements": len(layout.elements), "dofs": len(assembly.free)}
+    static = PreparedNetwork(declared, layout, elastic, problem, size, applied)
+    if not isinstance(case.analysis, Dynamic):
+        return static
+    from softmark.interpreter.models.beam_frame.frame_dynamics import moving
+
+    return moving(static, declared, case, layout, elastic, problem, alone)
+
+
+def rods(layout: Layout) -> RodElastic:
+    """The members as one energy."""
+    found = [
+        stiffnesses(member, layout.stations(number), layout.case.material)
+        for number, member in enumerate(layout.network.members)
+    ]
+    return RodElastic(layout.rest, layout.elements, VaryingStiffness(np.concatenate(found)))
+
+
+def _load(layout: Layout, load: Declared) -> Energy:
+    """One load: forces at nodes, or what turns the section of one."""
+    forces = np.zeros((len(layout.point), 3))
+    match load.thing.action:
+        case Turning(where=where, moment=moment):
+            from softmark.solvers.energies.rod_loads import RodMoments
+
+            node = int(layout.first[frame_selection.selected(where, layout.network)[0][0]])
+            return RodMoments(np.array([node]), np.array([moment]))
+        case PerMass(acceleration=g):
+            for number, member in enumerate(layout.network.members):
+                areas = at_nodes(member, layout.stations(number), lambda section: [section.area])
+                forces[layout.nodes(number)] += areas * layout.case.material.density * np.array(g)
+        case AtPoint(at=at, force=force):
+            number, s = frame_selection.at(layout.network, at) or (0, 0.0)
+            nodes, shares = of_force(s, force, layout.stations(number))
+            forces[layout.nodes(number)][nodes] += shares
+        case PerLength(begin=begin, end=end, force=q):
+            number, first, last = frame_selection.line(layout.network, begin, end) or (0, 0.0, 0.0)
+            forces[layout.nodes(number)] += np.outer(of_line(first, last, layout.stations(number)), q)
+        case unknown:  # refused when a scene is checked
+            raise TypeError(f"no network knows a load that acts as {type(unknown).__name__}")
+    return RodLoad(layout.rest, forces)

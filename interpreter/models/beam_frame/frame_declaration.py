@@ -1,0 +1,202 @@
+"""The geometrically exact frame: beams that meet in rigid joints."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.beam.beam_declaration import OF_SECTIONS
+from softmark.interpreter.models.beam_frame import frame_selection
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.problem.body_case import Fault
+from softmark.interpreter.results.run_report import ModelKind
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
+from softmark.records import dataclass
+from softmark.solvers.mesh.shape import cross
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.mesh.frame_shapes import Network
+
+Vector3 = tuple[float, float, float]
+SLENDER = 3.0  # times as long as deep
+CLEAR = 1e-3  # of a distance: a lever that is plain
+
+
+@dataclass(frozen=True)
+class Frame6Dof(Model):
+    """Geometrically exact beams with six degrees of freedom per node that meet in rigid joints: a `network(...)`.
+
+    Every member is what `beam6dof` is: sections stay plane and move rigidly, rotations are not limited, shear and
+    stretch are in. At a point where members meet they keep their angles, whatever the point turns by. Members are lines
+    without extent at joints: what they share there is of no account, neither twice as stiff nor once as heavy, and the
+    stated error has what that may come to. Stress is that of `beam6dof`. Of members that taper, what an element gives
+    way by is integrated. Supports hold points of axes: `fixed` and `displaced` with their sections, `hinged` without.
+    Loads are gravity, forces and lines of force on axes, and torques at a point, these at rest alone. Conditions select
+    points of the axes, and whole members. In motion, by every integrator, masses are at nodes, with the rotary inertia
+    of sections.
+
+    Source: Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); joints as in Ibrahimbegovic and Mamouri (2000).
+    """
+
+    loads = (PerMass, AtPoint, PerLength, Turning)
+    supports = (Fixed, Displaced, Hinged)
+    wired = True
+    sectional = True
+    finely = ("segments",)
+
+    segments: Annotated[int, "1 in [1, 1000]", "elements along each member"]
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against it in this case."""
+        if not case.shape.wired:
+            return [
+                diagnostic("E344", declared.at(), f"`{declared.name}` is of networks, and `{case.body.name}` is none",
+                           "of networks alone", "use `beam6dof(...)` or `fem(...)`, or declare the body as "
+                           "`network(...)`")
+            ]  # fmt: skip
+        network: Network = case.shape  # type: ignore[assignment]
+        found = [*self.refusals(declared, case), *_loads(declared, case, network), *_supports(declared, case, network)]
+        if not found and case.supports and not plainly_held(case, network):
+            found += _held(self, case)
+        return [*found, *_stocky(declared, network), *_crossing(declared, case, network)]
+
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """That of sections, as beams have it."""
+        return OF_SECTIONS
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan."""
+        pairs = getattr(case.body.thing, "members", ())
+        return f"{len(pairs)} members of {self.segments} {self._words}"
+
+    @property
+    def _words(self) -> str:
+        return "beam segments each, no mesh"
+
+    def kind(self, case: Case) -> ModelKind:
+        """What it is but for its segments."""
+        return ModelKind(self._words, str(self.segments), None)
+
+    def orders(self) -> dict[str, int]:
+        """That of its beams (Simo and Vu-Quoc 1986)."""
+        return {"segments": 2}
+
+
+def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
+    """Errors for loads that no point or axis of the network takes."""
+    for load in case.loads:
+        match load.thing.action:
+            case AtPoint(at=at) if frame_selection.at(network, at) is None:
+                field, reason = "at", "beside the axes of its members"
+            case PerLength(begin=begin, end=end) if begin == end:
+                field, reason = "from", "a line without a length"
+            case PerLength(begin=begin, end=end) if frame_selection.line(network, begin, end) is None:
+                field, reason = "from", "not along the axis of one member"
+            case Turning() if isinstance(case.analysis, Dynamic):
+                field, reason = "where", "turns a section, which networks take at rest alone"
+            case Turning(where=where) if (count := _points(network, where)) != 1:
+                many = "on more than one point"
+                field, reason = "where", many if count else "on no point where members begin or end"
+            case _:
+                continue
+        yield diagnostic("E345", load.at(field), f"`{declared.name}` cannot represent the load `{load.name}`", reason,
+                         "a network takes gravity, forces and lines of force on axes, and a torque at one of its "
+                         "points")  # fmt: skip
+
+
+def _points(network: Network, where: object) -> int:
+    """How many points a condition selects that selects nothing else; members make it more."""
+    points, whole, part = frame_selection.selected(where, network)
+    return len(points) + len(whole) + len(part)
+
+
+def _supports(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
+    """Errors for supports that hold no points, or what has no name between them."""
+    for support in case.supports:
+        if not isinstance(support.thing, (Fixed, Displaced, Hinged)):
+            continue
+        points, _, part = frame_selection.selected(support.thing.where, network)
+        field, reason = "where", ""
+        if part:
+            a, b = network.pairs[part[0]]
+            reason = f"takes a part of the member from point {a} to point {b}"
+        elif not points:
+            reason = "selects no point where members begin or end"
+        elif not isinstance(support.thing, Hinged) and len(support.thing.components) < 3:
+            field, reason = "components", "holds single components, and a section turns or does not"
+        if reason:
+            yield diagnostic("E343", support.at(field), f"`{declared.name}` cannot represent the support "
+                             f"`{support.name}`", reason, "points and whole members are held: put a point where a "
+                             "support ends, and use `hinged(...)` for what may turn")  # fmt: skip
+
+
+def plainly_held(case: Case, network: Network) -> bool:
+    """Whether it is plain that supports hold all of it and none contradicts another; else arrays must tell.
+
+    One clamp holds a network, and so does a hinge about an axis with another one that no turn about it leaves alone.
+    """
+    moving = [support for support in case.supports if any(support.thing.displacement)]
+    clamps = [support for support in case.supports if not isinstance(support.thing, Hinged)]
+    points = {s.name: set(frame_selection.selected(s.thing.where, network)[0]) for s in case.supports}
+    shared = any(
+        points[s.name] & points[o.name] and set(s.thing.components) & set(o.thing.components)
+        for s in moving for o in case.supports if o is not s
+    )  # fmt: skip
+    if shared or set().union(*(points[s.name] for s in clamps)) == set(range(len(network.points))):
+        return False
+    return bool(clamps) or any(
+        _stops(one.thing, two.thing, network.points[i], network.points[j])
+        for one in case.supports for two in case.supports for i in points[one.name] for j in points[two.name]
+    )  # fmt: skip
+
+
+def _stops(one: Hinged, two: Hinged, here: Vector3, there: Vector3) -> bool:
+    """Whether a hinge about an axis, which holds its point, is kept from turning by what another holds elsewhere."""
+    if one.axis is None or len(one.components) < 3 or two.axis not in (None, one.axis):
+        return False
+    way = cross(one.axis, tuple(b - a for a, b in zip(here, there, strict=True)))
+    return any(abs(way[c]) > CLEAR * math.dist(here, there) > 0.0 for c in two.components)
+
+
+def _held(model: Frame6Dof, case: Case) -> list[Diagnostic]:
+    """Supports that contradict each other, or leave the network free."""
+    from softmark.interpreter.models.beam_frame.frame_layout import Layout
+
+    try:
+        Layout.of(case, model.segments).held()
+    except Fault as loose:
+        return [loose.diagnostic]
+    return []
+
+
+def _stocky(declared: Declared, network: Network) -> Iterator[Diagnostic]:
+    """A warning where a member is not slender: of the first such."""
+    for number, member in enumerate(network.members, start=1):
+        ratio = member.length / max(member.section.extents)
+        if ratio < SLENDER:
+            yield diagnostic("W304", declared.at(), f"member {number} is {ratio:.1f} times as long as deep, and not "
+                             "slender", "beam theory is crude here", "below about 3 sections warp, and joints are "
+                             "as large as members")  # fmt: skip
+            return
+
+
+def _crossing(declared: Declared, case: Case, network: Network) -> Iterator[Diagnostic]:
+    """A warning where members pass through each other without a joint."""
+    pair = network.crossing()
+    if pair is not None:
+        one, other = pair
+        shared = set(network.pairs[one - 1]) & set(network.pairs[other - 1])
+        where = f"lie on each other beyond point {min(shared)}" if shared else "cross where they share no point"
+        yield diagnostic("W358", case.body.at(), f"members {one} and {other} of `{case.body.name}` {where}",
+                         "not joined there", "members are joined at points alone: put one where they cross or end, or "
+                         "leave them apart")  # fmt: skip

@@ -1,0 +1,59 @@
+"""A network in motion: its points turn, and the nodes of its members with them
+(solvers/dynamics/rotational_inertia.py).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam.beam_dynamics import MovingBeam, dynamics
+from softmark.interpreter.models.beam_frame.frame_displacements import Shifts
+from softmark.interpreter.models.beam_frame.frame_layout import Layout
+from softmark.interpreter.problem.body_case import Case
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.incremental_rotation.moving_rod_joints import JointChart, JointedInMotion
+from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, TurningRod
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from softmark.interpreter.models.shared.prepared_model import Prepared
+    from softmark.solvers.statics.static_problem import Statics
+
+
+@dataclass(frozen=True)
+class MovingNetwork(MovingBeam):
+    """A network in motion; its states are kept as positions and quaternions of all nodes (nodes * 7,)."""
+
+    layout: Layout | None = None
+
+    def _shift(self, x: Floats) -> Shifts:
+        """How far points of members move in a state."""
+        assert self.layout is not None
+        return Shifts(self.layout, x)
+
+
+def moving(
+    static: Prepared, declared: Declared, case: Case, layout: Layout, elastic: RodElastic, problem: Statics,
+    applied: Sequence[tuple[Declared, Energy]],
+) -> MovingNetwork:  # fmt: skip
+    """A network with its mass at the points; `applied` are loads on its nodes, and `problem` is that at rest."""
+    chart = JointChart(layout.rest, layout.joints)
+    rods = JointedInMotion(TurningRod(chart.nodes, elastic), layout.joints)
+    loads = [(load, DeadRodLoad(_at_points(layout, energy))) for load, energy in applied]
+    found = dynamics(case, problem, chart, rods, loads, layout.X, layout.axes, layout.mass())
+    analysis: Any = case.analysis
+    return MovingNetwork(static, declared, analysis, found, layout=layout)
+
+
+def _at_points(layout: Layout, energy: Energy) -> Floats:
+    """Of dead forces on nodes those at the points (p, 3), N."""
+    assert isinstance(energy, RodLoad)  # what turns sections in motion is refused
+    found = np.zeros((layout.count, 3))
+    np.add.at(found, layout.point, energy.forces)
+    return found

@@ -1,0 +1,198 @@
+"""A network as nodes of rods and the points at which these are one, and how supports hold the points."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam.rigid_motions import AXES, point_rows
+from softmark.interpreter.models.beam.tapered_sections import at_nodes, inertia
+from softmark.interpreter.models.beam_frame import frame_selection
+from softmark.interpreter.models.shared.support_constraints import Held
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.support_words import Hinged
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.rod_joints import Joints
+from softmark.solvers.energies.rod_rotation import rotation
+from softmark.solvers.energies.rod_state import chain, rod_of
+from softmark.solvers.mesh.frame_shapes import Network
+from softmark.solvers.mesh.shape import transverse
+
+ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Members of as many segments each. Points are those of the network, then those within members, in order."""
+
+    case: Case
+    network: Network
+    segments: int
+
+    @staticmethod
+    def of(case: Case, segments: int) -> Layout:
+        """That of a case of a network. Raises TypeError."""
+        if not isinstance(case.shape, Network):
+            raise TypeError(f"`{case.body.name}` is no network")
+        return Layout(case, case.shape, segments)
+
+    # ------------------------------------------------------------------ nodes and points
+
+    def nodes(self, member: int) -> slice:
+        """Those of a member, from 0."""
+        count = self.segments + 1
+        return slice(member * count, (member + 1) * count)
+
+    def stations(self, member: int) -> Floats:
+        """Of its nodes (segments + 1,), m from its first point."""
+        found: Floats = np.linspace(0.0, self.network.members[member].length, self.segments + 1)
+        return found
+
+    @cached_property
+    def rest(self) -> Floats:
+        """Positions and quaternions of all nodes (n * 7,)."""
+        parts = []
+        for member, pair in zip(self.network.members, self.network.pairs, strict=True):
+            begin, end = (np.array(self.network.points[i - 1]) for i in pair)
+            X = begin + np.linspace(0.0, 1.0, self.segments + 1)[:, None] * (end - begin)
+            X[-1] = end
+            parts.append(rod_of(X, np.tile(np.array(member.frame(0.0)).T, (len(X), 1, 1))))
+        return np.concatenate(parts)
+
+    @cached_property
+    def elements(self) -> Ints:
+        """Nodes of the elements, member by member (e, 2)."""
+        own = chain(self.segments + 1)
+        return np.concatenate([own + m * (self.segments + 1) for m in range(len(self.network.members))])
+
+    @cached_property
+    def point(self) -> Ints:
+        """The point of each node (n,)."""
+        inner, first = self.segments - 1, len(self.network.points)
+        found = []
+        for m, (a, b) in enumerate(self.network.pairs):
+            found += [a - 1, *range(first + m * inner, first + (m + 1) * inner), b - 1]
+        return np.array(found, dtype=np.int64)
+
+    @property
+    def count(self) -> int:
+        """How many points there are."""
+        return len(self.network.points) + (self.segments - 1) * len(self.network.pairs)
+
+    @cached_property
+    def first(self) -> Ints:
+        """A node at each point (p,)."""
+        found = np.zeros(self.count, dtype=np.int64)
+        found[self.point[::-1]] = np.arange(len(self.point))[::-1]
+        return found
+
+    @cached_property
+    def X(self) -> Floats:
+        """The points (p, 3), m."""
+        found: Floats = self.rest.reshape(-1, 7)[self.first, :3]
+        return found
+
+    @cached_property
+    def joints(self) -> Joints:
+        """How nodes hang on points."""
+        return Joints.of(self.rest, self.point, self.axes)
+
+    def frames(self, x: Floats) -> Floats:
+        """The axes of the points in a state x (n * 7,) of the nodes: (p, 3, 3), as columns."""
+        q = x.reshape(-1, 7)[self.first, 3:]
+        found: Floats = np.einsum("pik,pjk->pij", rotation(q), self.joints.turns[self.first])
+        return found
+
+    # ------------------------------------------------------------------ mass
+
+    @cached_property
+    def _shares(self) -> tuple[Floats, Floats]:
+        """Of every node the mass (n,), kg, and moments of inertia about its own axes (n, 3), kg m^2."""
+        found = [at_nodes(member, self.stations(number), inertia) for number, member in enumerate(self.network.members)]
+        whole = self.case.material.density * np.concatenate(found)
+        return whole[:, 0], whole[:, 1:]
+
+    @cached_property
+    def axes(self) -> Floats:
+        """Of the points (p, 3, 3), as columns: the axis of a hinge first, else those about which what meets there has
+        no products of inertia."""
+        frames = rotation(self.rest.reshape(-1, 7)[:, 3:])
+        found: Floats = frames[self.first].copy()
+        own = np.zeros((self.count, 3, 3))
+        np.add.at(own, self.point, np.einsum("nik,nk,njk->nij", frames, self._shares[1], frames))
+        several = np.bincount(self.point) > 1
+        found[several] = np.linalg.eigh(own[several])[1]
+        found[several, :, 0] *= np.sign(np.linalg.det(found[several]))[:, None]
+        for i, axis in self.hinges.items():
+            found[i] = np.array([axis, *transverse(axis)]).T
+        return found
+
+    def mass(self) -> Floats:
+        """Of the points and of what turns with them about their axes (6 p,), kg and kg m^2."""
+        mass, turning = self._shares
+        found = np.zeros((self.count, 6))
+        np.add.at(found, self.point, np.concatenate([np.repeat(mass[:, None], 3, 1), self._about(turning)], axis=1))
+        return found.ravel()
+
+    def _about(self, turning: Floats) -> Floats:
+        """Moments of inertia about the axes of the points (n, 3) from those about the nodes' own (n, 3)."""
+        Q = self.joints.turns
+        found: Floats = np.einsum("nik,nk,nik->ni", Q, turning, Q)
+        return found
+
+    # ------------------------------------------------------------------ supports
+
+    @cached_property
+    def hinges(self) -> dict[int, tuple[float, float, float]]:
+        """The axis of a hinge that has one, of each point that it holds; of several the first's."""
+        found: dict[int, tuple[float, float, float]] = {}
+        for support in self.case.supports:
+            if isinstance(support.thing, Hinged) and support.thing.axis is not None:
+                for i in self.held_points(support).tolist():
+                    found.setdefault(i, support.thing.axis)
+        return found
+
+    def held_points(self, support: Declared) -> Ints:
+        """The points that a support holds (k,)."""
+        points, whole, _ = frame_selection.selected(support.thing.where, self.network)
+        inner = [self.point[self.nodes(m)] for m in whole]
+        return np.unique(np.concatenate([np.array(points, dtype=np.int64), *inner]))
+
+    def holds(self, support: Declared) -> NDArray[np.bool_]:
+        """The degrees of freedom of the points that a support holds (p, 6)."""
+        found = np.zeros((self.count, 6), dtype=np.bool_)
+        for i in self.held_points(support).tolist():
+            found[i, list(support.thing.components)] = True
+            found[i, [3 + t for t in self._turns(support, i)]] = True
+        return found
+
+    def _turns(self, support: Declared, point: int) -> tuple[int, ...]:
+        """About which of its axes a held point does not turn."""
+        if not isinstance(support.thing, Hinged):
+            return (0, 1, 2)
+        if support.thing.axis is None:
+            return ()
+        same = np.cross(support.thing.axis, self.hinges[point])
+        return (1, 2) if np.linalg.norm(same) <= ALIGNED else (0, 1, 2)
+
+    def held(self) -> tuple[Ints, Floats]:
+        """Held degrees of freedom of the points (c,), and their values (c,), m. Raises Fault."""
+        size = self.network.diagonal
+        held = Held(self.case, size, self.X.mean(axis=0), 6 * self.count)
+        for support in self.case.supports:
+            mask = self.holds(support)
+            moved = support.thing.displacement
+            for i in np.flatnonzero(mask.any(axis=1)).tolist():
+                components = tuple(np.flatnonzero(mask[i, :3]).tolist())
+                held.rows.append(point_rows(self.X[i : i + 1] - held.centre, components))
+                turns = np.flatnonzero(mask[i, 3:])
+                held.rows.append(np.hstack([np.zeros((len(turns), 3)), self.axes[i].T[turns]]) * size)
+                for c in components:
+                    held.impose(6 * i + c, moved[c], support, self.X[i], AXES[c])
+                for t in turns.tolist():
+                    held.impose(6 * i + 3 + t, 0.0, support, self.X[i], AXES[int(np.abs(self.axes[i][:, t]).argmax())])
+        return held.finished()

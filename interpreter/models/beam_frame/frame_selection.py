@@ -1,0 +1,71 @@
+"""Where things are on a network: points and members that a condition selects, and members whose axis a point is on."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.models.beam.beam_declaration import on_axis
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.frame_shapes import Member, Network
+    from softmark.solvers.mesh.shape import Vector3
+
+HALVINGS = 12  # of a member, in which bounds decide what a condition selects of it
+END = 1e-3  # of a member: what is selected this near to its end is the end
+
+
+@lru_cache(maxsize=256)
+def selected(condition: Condition, network: Network) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
+    """Of what a condition selects: points, members all along, and members of which it takes a part; each from 0.
+
+    A member counts between its ends. Conditions are asked on axes: bounds over pieces of these decide, and where they
+    leave it open to the last, the middle of a piece.
+    """
+    size = network.diagonal
+    points = tuple(i for i, point in enumerate(network.points) if condition.holds(*point, size))
+    taken = [_along(condition, member, size) for member in network.members]
+    whole = tuple(i for i, found in enumerate(taken) if found == {True} and _ends_in(network, i, points))
+    part = tuple(i for i, found in enumerate(taken) if True in found and i not in whole)
+    return points, whole, part
+
+
+def _ends_in(network: Network, member: int, points: tuple[int, ...]) -> bool:
+    return {n - 1 for n in network.pairs[member]} <= set(points)
+
+
+def _along(condition: Condition, member: Member, size: float) -> set[bool]:
+    """What a condition says along an axis, its ends left out."""
+    found: set[bool] = set()
+    pending = [(END * member.length, (1.0 - END) * member.length, 0)]
+    while pending and len(found) < 2:
+        first, last, deep = pending.pop()
+        ends = zip(member.centre(first), member.centre(last), strict=True)
+        low, high = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
+        false, true = condition.over(low, high, size)
+        if not (false and true):
+            found.add(true)
+        elif deep < HALVINGS:
+            middle = 0.5 * (first + last)
+            pending += [(first, middle, deep + 1), (middle, last, deep + 1)]
+        else:
+            found.add(bool(condition.holds(*member.centre(0.5 * (first + last)), size)))
+    return found
+
+
+def at(network: Network, point: Vector3) -> tuple[int, float] | None:
+    """The first member whose axis a point is on, from 0, and its station there, m; None of a point beside all axes."""
+    for i, member in enumerate(network.members):
+        if (s := on_axis(member, point)) is not None:
+            return i, s
+    return None
+
+
+def line(network: Network, begin: Vector3, end: Vector3) -> tuple[int, float, float] | None:
+    """The member along whose axis a line goes, from 0, and the stations of its ends, m; None of any other line."""
+    for i, member in enumerate(network.members):
+        first, last = on_axis(member, begin), on_axis(member, end)
+        if first is not None and last is not None:
+            return i, min(first, last), max(first, last)
+    return None

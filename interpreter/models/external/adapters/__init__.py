@@ -1,0 +1,134 @@
+"""A file for each program: how it is told, run and read; what it can do stands here, so that words import none of them.
+
+An adapter is a module here, called as its program is, or that of a plugin, with
+    install                    in words, how to install what it needs
+    version()                  its number, None where it is not installed
+    places()                   of ours: what of it lies on the disk, which may be another of the same number
+    refuses(problem)           what of a `Problem` it cannot take, beyond what its line here says, with the reason
+    write(problem, folder)     its input; `problem.named` is there where its line says `by_name`
+    command(folder)            what is run there, see `external_process.py`, which leaves what it says in `log.txt`
+    read(folder)               the `Answer`. Raises NoAnswer where there is none, NotSettled where it says so itself
+Packages of Python have all of these from `package_process.py`, and a function `solved(problem)` for a process of its
+own. Programs on the PATH share `executables.py`; where one has a format in `decks`, what is run is what that writes.
+To add a program: that file, a line here, and an extra in pyproject.toml where it is a package of Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from importlib import import_module
+from typing import Any
+
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Program:
+    """What a program is called and what of ours it can compute exactly as we mean it."""
+
+    title: str
+    elements: tuple[str, ...]
+    laws: Mapping[str, tuple[str, ...]]  # of each strain
+    several: bool = True  # materials in one body
+    stretches: bool = True  # of a rod: whether its length may change
+    order: int = 1  # of a rod, in the length of its segments
+    moves: str = ""  # of one that steps through time, and knows no state of rest: what it computes, in words
+    by_name: bool = False  # whether a problem must say what of it has a name
+    # elements that it has of one strain alone, with the reason, by (element, strain) that it has not
+    save: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    tried: bool = True  # whether its adapter was ever run with it; else with files that tests make
+
+
+_SMALL = ("linear_elastic",)
+_MODULI = ("st_venant_kirchhoff", "neo_hookean", "neo_hookean_isochoric", "mooney_rivlin", "yeoh")
+
+PROGRAMS: Mapping[str, Program] = {
+    "calculix": Program(
+        "CalculiX",
+        ("tet4", "tet10", "hex8", "hex20"),
+        {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean_isochoric", "mooney_rivlin", "yeoh")},
+    ),
+    "dolfinx": Program(
+        "DOLFINx",
+        ("tet4", "tet10", "hex8", "hex27"),
+        {"small": _SMALL, "finite": (*_MODULI, "stable_neo_hookean", "gent", "fung")},
+    ),
+    "febio": Program("FEBio", ("tet4", "hex8"), {"finite": ("st_venant_kirchhoff", "neo_hookean")}, tried=False),
+    "felupe": Program(
+        "FElupe",
+        ("tet4", "tet10", "hex8", "hex20", "hex27"),
+        {"small": _SMALL, "finite": ("neo_hookean", "neo_hookean_isochoric")},
+        several=False,
+    ),
+    "mujoco": Program(
+        "MuJoCo",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="St Venant's and Kirchhoff's law by the moduli at rest, lumped masses, one linear solve a step",
+    ),
+    "newton_vbd": Program(
+        "Newton's VBD",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="a stable neo-Hookean law by the moduli at rest, lumped masses, implicit Euler by block descent",
+    ),
+    "newton_xpbd": Program(
+        "Newton's XPBD",
+        ("tet4",),
+        {"finite": _MODULI},
+        several=False,
+        moves="constraints tr C = 3 and J = 1 with compliances of the moduli at rest, lumped masses, position based",
+    ),
+    "ngsolve": Program("NGSolve", ("tet4", "tet10"), {"small": _SMALL}),
+    "polyfem": Program(
+        "PolyFEM",
+        ("tet4", "tet10"),
+        {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean")},
+        by_name=True,
+        save={("tet10", "finite"): "its quadrature may be another"},
+        tried=False,
+    ),
+    "scikit_fem": Program("scikit-fem", ("tet4", "tet10", "hex8", "hex27"), {"small": _SMALL}),
+    "sofa": Program(
+        "SOFA",
+        ("tet4",),
+        {"small": _SMALL, "finite": ("st_venant_kirchhoff", "neo_hookean")},
+        several=False,
+        tried=False,
+    ),
+}
+
+
+RODS: Mapping[str, Program] = {  # of `outside_rod(...)`; a word of both is one module
+    "mujoco": Program(
+        "MuJoCo",
+        (),
+        {},
+        several=False,
+        stretches=False,
+        order=2,
+        moves="a discrete elastic rod that neither stretches nor shears, masses at nodes, one linear solve a step",
+    ),
+    "pyelastica": Program(
+        "PyElastica",
+        (),
+        {},
+        several=False,
+        moves="a Cosserat rod whose sections keep their volume, masses at nodes, turns of segments, position Verlet",
+    ),
+}
+
+PLUGGED: dict[str, tuple[Program, Any]] = {}  # programs of plugins by their words, each with its module
+
+
+def program(name: str) -> Program:
+    """What is known of a program of `outside(...)`. Raises KeyError for one that is in no table."""
+    return PROGRAMS.get(name) or PLUGGED[name][0]
+
+
+def adapter(name: str) -> Any:
+    """The module of a program. Raises KeyError for one that is in no table."""
+    return PLUGGED[name][1] if name in PLUGGED else import_module(f"{__name__}.{name}")

@@ -1,0 +1,304 @@
+"""CalculiX (`ccx`): decks in the style of Abaqus, run as a program, read from what it prints.
+
+In mm, Pa and uN (g, mm and s), for it takes forces below 1e-6 for none. It reads 20 characters of a number, which are
+14 digits, and prints 7 of each displacement; the restart file, which has them as doubles, gives the others where it
+agrees with those.
+Source: Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.models.external.adapters import PROGRAMS, executables
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, Stuff
+
+title = PROGRAMS["calculix"].title
+program = "ccx"
+install = "install the package `calculix-ccx` (Debian, Ubuntu), or see calculix.de"
+
+elements: Mapping[str, str] = {"tet4": "C3D4", "tet10": "C3D10", "hex8": "C3D8", "hex20": "C3D20"}
+laws = PROGRAMS["calculix"].laws
+others: Mapping[str, str] = {  # laws that have a namesake of its own, and why it is another one
+    "neo_hookean": "its *HYPERELASTIC, NEO HOOKE has mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2, which is"
+    " `neo_hookean_isochoric`, and not ln J",
+    "ogden": "its *HYPERELASTIC, OGDEN (version 2.20) comes to no equilibrium from rest, where stretches are equal",
+    "arruda_boyce": "its *HYPERELASTIC, ARRUDA-BOYCE has K/2 ((J^2 - 1)/2 - ln J) for the volume",
+}
+
+JOB = "job"
+LOG = "log.txt"  # what it said
+MM = 1e3  # mm in a metre; and uN in mN: a force in N is 1e6 of its own
+UN = 1e6
+DENSE = 1e-6  # g/mm^3 in a kg/m^3
+VOID = 1e30  # D_n of a term that its energy of the volume does not have; 0 would be a default of its own
+LEAST_SPARE = 1e-4  # of 1 - 2 nu: at 2e-4 it is ours to 2e-9, at 2e-5 it comes to no equilibrium (version 2.20)
+SAID, WIDE = 4, 160  # of its errors and warnings: how many are told, and of how many characters each
+PRINTED = 5e-7  # of a number: half of the last of 7 digits
+CLOCK = 1e-5  # of the time that it has reached, which it tells with 6 digits
+TRUST = 6e-7  # of the greatest: how far what is printed may be from what is kept as doubles (7 digits)
+_TROUBLE = re.compile(r"^\s*(\*(ERROR|WARNING)[^\n]*(?:\n {6,}\S[^\n]*)*)", re.M)
+_PERIOD = re.compile(r"^\*STATIC\n[^,\n]*,([^,\n]*)", re.M)
+_TIME = re.compile(r"Total CalculiX Time:\s*([0-9.eE+-]+)")
+
+
+def version() -> str | None:
+    """What it says of itself; None where it is not installed, or says nothing."""
+    said = executables.said(program, "-v").split()
+    return said[-1] if said else None
+
+
+def places() -> tuple[Path, ...]:
+    """The file that is run; none where it is not installed."""
+    return executables.places(program)
+
+
+def refuses(problem: Problem) -> list[tuple[str, str]]:
+    """What of a problem it cannot take, and why; nothing where it takes all."""
+    found = []
+    if problem.element not in elements:
+        found.append((problem.element, f"it has no such element; it has {', '.join(elements)}"))
+    for stuff in problem.stuff:
+        found += _of_law(stuff, problem.strain)
+    return found
+
+
+def _of_law(stuff: Stuff, strain: str) -> Iterator[tuple[str, str]]:
+    known = laws.get(strain, ())
+    if stuff.law not in known:
+        why = others.get(stuff.law) or f"it has no such law; in {strain} strain it has {', '.join(known)}"
+        yield stuff.law, why
+    elif stuff.choices.get("volumetric", "squared") != "squared":
+        yield f"volumetric = {stuff.choices['volumetric']}", "its energy of a change of volume is K/2 (J - 1)^2"
+    elif stuff.law in _LAWS and 1.0 - 2.0 * stuff.constants["poisson"] < LEAST_SPARE:
+        yield f"poisson = {stuff.constants['poisson']:g}", "it comes to no equilibrium so near to incompressible"
+
+
+# ------------------------------------------------------------------ writing
+
+
+def write(problem: Problem, folder: Path) -> None:
+    """Its input, JOB.inp, in a folder. Raises ValueError for what it cannot take."""
+    (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem), ""]), encoding="ascii")
+
+
+def deck(problem: Problem, sets: Sequence[str] = ()) -> Iterator[str]:
+    """Its cards, and those of more sets. Raises ValueError for what it cannot take (`refuses`)."""
+    if found := refuses(problem):
+        raise ValueError("; ".join(f"{what}: {why}" for what, why in found))
+    yield "** units: mm, Pa, uN (g, mm, s); nodes and elements count from 1"
+    yield from nodes(MM * problem.points, 1, "ALL")
+    for number, stuff in enumerate(problem.stuff, start=1):
+        yield from cells(elements[problem.element], problem.cells[stuff.cells], 1, stuff.cells + 1, f"PART{number}")
+    for number, stuff in enumerate(problem.stuff, start=1):
+        yield f"*MATERIAL, NAME=M{number}"
+        yield from (*law(stuff), *_density(stuff))
+        yield f"*SOLID SECTION, ELSET=PART{number}, MATERIAL=M{number}"
+    yield from (*sets, *_sets(problem))
+    yield "*RESTART, WRITE, FREQUENCY=1"
+    for share, period in zip(problem.shares, _periods(problem), strict=True):
+        yield from _step(problem, share, period)
+
+
+def number(value: float) -> str:
+    """As many digits as it reads."""
+    return f"{value:.13e}"
+
+
+def nodes(points: Floats, first: int, name: str) -> list[str]:
+    """Cards of nodes (n, 3), numbered from `first`."""
+    rows = (",".join([str(first + i), *map(number, p)]) for i, p in enumerate(points.tolist()))
+    return [f"*NODE, NSET={name}", *rows]
+
+
+def cells(kind: str, members: Ints, node: int, numbers: Ints | Sequence[int], name: str) -> list[str]:
+    """Cards of elements (m, a) with these numbers, whose nodes count from `node`; 16 numbers to a line."""
+    lines = [f"*ELEMENT, TYPE={kind}, ELSET={name}"]
+    for own, cell in zip(np.asarray(numbers).tolist(), (np.asarray(members) + node).tolist(), strict=True):
+        row = [str(own), *map(str, cell)]
+        lines += [",".join(row)] if len(row) <= 16 else [",".join(row[:16]) + ",", ",".join(row[16:])]
+    return lines
+
+
+def chosen(kind: str, name: str, numbers: Ints | Sequence[int]) -> list[str]:
+    """Cards of a set of nodes (NSET) or elements (ELSET)."""
+    return [f"*{kind}, {kind}={name}", *map(str, np.asarray(numbers).tolist())]
+
+
+def law(stuff: Stuff) -> list[str]:
+    """Cards of what a material resists with: *ELASTIC is St Venant and Kirchhoff's law where a step has NLGEOM."""
+    own = stuff.constants
+    if stuff.law in ("linear_elastic", "st_venant_kirchhoff"):
+        return ["*ELASTIC", f"{number(own['young'])},{number(own['poisson'])}"]
+    word, shape = _LAWS[stuff.law]
+    terms = shape(own)
+    bulk = own["young"] / (3.0 * (1.0 - 2.0 * own["poisson"]))
+    rest = [2.0 / bulk] + [VOID] * (2 if word == "YEOH" else 0)
+    return [f"*HYPERELASTIC, {word}", ",".join(map(number, [*terms, *rest]))]
+
+
+def _density(stuff: Stuff) -> list[str]:
+    """Its card, which nothing at rest asks for: weight is among the forces."""
+    return [] if stuff.density is None else ["*DENSITY", number(DENSE * stuff.density)]
+
+
+# its word, and what it has for the shape
+_LAWS: Mapping[str, tuple[str, Callable[[Mapping[str, float]], list[float]]]] = {
+    "neo_hookean_isochoric": ("NEO HOOKE", lambda own: [own["young"] / (1.0 + own["poisson"]) / 4.0]),
+    "mooney_rivlin": ("MOONEY-RIVLIN", lambda own: [own["c1"], own["c2"]]),
+    "yeoh": ("YEOH", lambda own: [own["c1"], own["c2"], own["c3"]]),
+}
+
+
+def _sets(problem: Problem) -> Iterator[str]:
+    """Nodes that are held where they are, a set for each direction."""
+    for c in range(3):
+        still = problem.held[(problem.held[:, 1] == c) & (problem.values == 0.0), 0]
+        if len(still):
+            yield from chosen("NSET", f"HELD{c + 1}", still + 1)
+            yield from ("*BOUNDARY", f"HELD{c + 1},{c + 1},{c + 1}")
+
+
+def _periods(problem: Problem) -> list[float]:
+    """How long each step takes: where states of a scene rise, each is at the time that it is called; else 1."""
+    rising = [b - a for a, b in pairwise((0.0, *problem.values_of_states))]
+    return rising if len(rising) == len(problem.shares) and min(rising) > 0.0 else [1.0] * len(problem.shares)
+
+
+def _step(problem: Problem, share: float, period: float) -> Iterator[str]:
+    finite = problem.strain == "finite"
+    yield from ("*STEP, NLGEOM, INC=10000", "*STATIC") if finite else ("*STEP", "*STATIC")
+    yield f"{0.1 * period:.12g},{period:.12g},{1e-6 * period:.12g}" if finite else f"{period:.12g},{period:.12g}"
+    if finite:  # residual and correction, by their means, at which an iteration is the last: 0.005 and 0.01 by default
+        yield from ("*CONTROLS, PARAMETERS=FIELD", f"{problem.tolerance:.3e},1e-4")
+    moved = np.flatnonzero(problem.values)
+    if len(moved):
+        yield "*BOUNDARY"
+        for (node, c), value in zip(problem.held[moved].tolist(), (MM * share * problem.values[moved]).tolist(),
+                                    strict=True):  # fmt: skip
+            yield f"{node + 1},{c + 1},{c + 1},{number(value)}"
+    loaded = np.argwhere(problem.forces)
+    if len(loaded):
+        yield "*CLOAD"
+        for node, c in loaded.tolist():
+            yield f"{node + 1},{c + 1},{number(UN * share * problem.forces[node, c])}"
+    yield from ("*NODE PRINT, NSET=ALL, FREQUENCY=99999", "U")
+    yield from ("*NODE FILE, FREQUENCY=99999", "U", "*END STEP")
+
+
+def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+    """The same deck, with sets of nodes and elements that have the names of the scene."""
+    known = [("NSET", "S", named.supports), ("ELSET", "P", named.parts)]
+    sets = [line for kind, letter, each in known for i, (name, own) in enumerate(each.items(), start=1)
+            for line in chosen(kind, f"{letter}{i}_{re.sub(r'[^A-Za-z0-9]', '_', name)[:60]}", own + 1)]  # fmt: skip
+    (folder / f"{JOB}.inp").write_text("\n".join([*deck(problem, sets), ""]), encoding="ascii")
+    return [f"{JOB}.inp"]
+
+
+# ------------------------------------------------------------------ running and reading
+
+
+def command(folder: Path) -> list[str]:
+    """What is run in the folder."""
+    return [program, "-i", JOB]
+
+
+def read(folder: Path) -> Answer:
+    """What it has left in a folder, its log among it (LOG). Raises NoAnswer, NotSettled."""
+    log = executables.text(folder / LOG) if (folder / LOG).exists() else ""
+    said = _said(log)
+    told = executables.text(folder / f"{JOB}.inp")
+    periods = [float(own) for own in _PERIOD.findall(told)]
+    asked, count = len(periods), told.partition("*ELEMENT")[0].count("\n") - 2
+    iterations, reached = _progress(folder / f"{JOB}.sta")
+    printed = list(_printed(folder / f"{JOB}.dat")) if (folder / f"{JOB}.dat").exists() else []
+    if not iterations:
+        raise NoAnswer(f"it has not begun to solve{': ' if said else ''}{said}")
+    if reached < sum(periods) * (1.0 - CLOCK):
+        why = f"it came to {reached / sum(periods):.3g} of its way through the states"
+        raise NotSettled(f"{why}, in {iterations} iterations{': ' if said else ''}{said}")
+    if len(printed) != asked:
+        raise NoAnswer(f"it printed {len(printed)} of {asked} states{': ' if said else ''}{said}")
+    if short := [len(own) for own in printed if len(own) != count]:
+        raise NoAnswer(f"it printed displacements of {short[0]} nodes, of {count}")
+    whole = _doubles(folder / f"{JOB}.rout", printed)
+    rounding = PRINTED if any(u is own for u, own in zip(whole, printed, strict=True)) else 0.0
+    u = np.array(whole)
+    if not np.isfinite(u).all():
+        raise NoAnswer("some of its displacements are no finite numbers")
+    spent = _TIME.search(log)
+    clocks = {"whole_s": float(spent[1])} if spent else {}
+    return Answer(u / MM, "Job finished" in log if log else None, iterations, clocks, said, rounding)
+
+
+def _said(log: str) -> str:
+    """Its errors and then its warnings, the first SAID of them on one line."""
+    found = sorted(dict.fromkeys((kind, " ".join(own.split())[:WIDE]) for own, kind in _TROUBLE.findall(log)),
+                   key=lambda own: own[0])  # fmt: skip
+    more = f"; and {len(found) - SAID} more" if len(found) > SAID else ""
+    return visible("; ".join(text for _, text in found[:SAID]) + more)
+
+
+def _progress(path: Path) -> tuple[int, float]:
+    """Iterations in all, and the time that was reached. Raises NoAnswer."""
+    rows = [line.split() for line in executables.text(path).splitlines()[2:]]
+    try:
+        kept = [row for row in rows if not row[2].endswith("U")]
+        return sum(int(row[3]) for row in rows), max((float(row[4]) for row in kept), default=0.0)
+    except (ValueError, IndexError) as error:
+        raise NoAnswer(f"{path.name} is not a table of its increments") from error
+
+
+def _printed(path: Path) -> Iterator[Floats]:
+    """Displacements (n, 3), mm, of each state that was printed, to 7 digits. Raises NoAnswer."""
+    blocks = re.split(r"^ displacements[^\n]*\n", executables.text(path), flags=re.M)[1:]
+    for block in blocks:
+        rows = [line.split() for line in block.splitlines() if line.strip()]
+        try:
+            table = np.array(rows, dtype=np.float64)
+        except ValueError as error:
+            raise NoAnswer(f"{path.name} holds what is no table of displacements") from error
+        if table.ndim != 2 or table.shape[1] != 4 or (table[:, 0] != np.arange(1, len(table) + 1)).any():
+            raise NoAnswer(f"{path.name} does not have the displacements of all nodes in turn")
+        yield table[:, 1:]
+
+
+def _doubles(path: Path, printed: Sequence[Floats]) -> list[Floats]:
+    """The same with all digits, where the restart file has them: a temperature and three displacements a node."""
+    found, records = list(printed), iter(_records(path, 32 * len(printed[0])))
+    for i, own in enumerate(printed):
+        most = float(np.abs(own).max(initial=0.0))
+        for whole in records:
+            u = np.frombuffer(whole).reshape(-1, 4)[:, 1:]
+            if np.abs(u - own).max(initial=0.0) <= TRUST * most:
+                found[i] = u
+                break
+    return found
+
+
+def _records(path: Path, size: int) -> Iterator[bytes]:
+    """Records of a size, in bytes, of an unformatted file of Fortran; up to where it is none."""
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        while len(head := file.read(4)) == 4:
+            length = int.from_bytes(head, "little", signed=True)
+            if length < 0:  # of records in several parts, beyond 2 GB
+                return
+            whole = file.read(size) if length == size else b""
+            file.seek(length - len(whole), 1)
+            if file.read(4) != head:
+                return
+            if length == size:
+                yield whole

@@ -1,0 +1,126 @@
+"""DOLFINx: forms in UFL, compiled, and PETSc's Newton iteration (SNES), in whatever Python has it.
+
+It is on no index of packages that pip asks. The Python that SOFTMARK_DOLFINX_PYTHON names is asked for it; where that
+is not set our own, and then each `python3` on the PATH and that of the system, in a process that imports nothing of it.
+`dolfinx_driver.py` is what that Python is given, and imports nothing of ours.
+Source: Baratta, Dean, Dokken, Habera, Hale, Richardson, Rognes, Scroggs, Sime, Wells (2023), DOLFINx: the next
+generation FEniCS problem solving environment, doi:10.5281/zenodo.10447666.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from softmark.interpreter.models.external.adapters import package_process
+from softmark.interpreter.models.external.external_problem import NoAnswer, Problem
+from softmark.records import dataclass
+
+VARIABLE = "SOFTMARK_DOLFINX_PYTHON"
+SYSTEM = "/usr/bin/python3"  # that of Debian's package, whatever the PATH has
+install = (
+    "`apt-get install python3-dolfinx-real` (Debian, Ubuntu) or `conda install -c conda-forge fenics-dolfinx`; it is "
+    f"looked for in each `python3` on the PATH, or in the Python alone that {VARIABLE} names"
+)
+
+PACKAGE = package_process.Package(__name__, "dolfinx", "fenics-dolfinx", "")
+refuses, read = PACKAGE.refuses, PACKAGE.read
+
+DRIVER, CELL = "dolfinx_driver.py", "cell.npz"
+PATIENCE = 20.0  # s that a Python may take to say whether it has it
+PROBE = """import json
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+spec, number = find_spec("dolfinx"), "of a folder"
+try:
+    number = version("fenics-dolfinx")
+except PackageNotFoundError:
+    pass
+print(json.dumps(None if spec is None else [number, list(spec.submodule_search_locations or ())]))
+"""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A Python that has it: its program, the version, and the folders that it is imported from."""
+
+    python: str
+    version: str
+    folders: tuple[str, ...]
+
+
+def version() -> str | None:
+    """As its distribution says in the Python that has it; None where none has."""
+    found = _found()
+    return None if found is None else found.version
+
+
+def places() -> tuple[Path, ...]:
+    """That Python, and the folders that it imports it from; none where it is not installed."""
+    found = _found()
+    return () if found is None else tuple(map(Path, (found.python, *found.folders)))
+
+
+def write(problem: Problem, folder: Path) -> None:
+    """The problem, our nodes and points of quadrature in a cell of DOLFINx, and the script that solves it."""
+    from softmark.solvers.elements import element_of
+
+    PACKAGE.write(problem, folder)
+    element = element_of(problem.element)
+    nodes, (xi, w) = element.places(), element.quadrature()
+    if problem.element.startswith("hex"):  # from [-1, 1]^3 to [0, 1]^3
+        nodes, xi, w = 0.5 * (nodes + 1.0), 0.5 * (xi + 1.0), w / 8.0
+    np.savez(folder / CELL, nodes=nodes, xi=xi, w=w)
+    shutil.copyfile(Path(__file__).with_name(DRIVER), folder / DRIVER)
+
+
+def command(folder: Path) -> Sequence[str]:
+    """The Python that has it, with a copy of the script: beside this file is one that is called as DOLFINx is."""
+    found = _found()
+    if found is None:
+        raise NoAnswer(f"no Python has it: {install}")
+    return [found.python, str(folder / DRIVER), str(folder)]
+
+
+def _found() -> Found | None:
+    return _first(tuple(candidates()))
+
+
+def candidates() -> Iterator[str]:
+    """The programs that are asked, in order, each once."""
+    if named := os.environ.get(VARIABLE):
+        yield shutil.which(named) or named
+        return
+    folders = [Path(folder) for folder in os.get_exec_path() if Path(folder).is_absolute()]
+    yield from dict.fromkeys((sys.executable, *(str(f / "python3") for f in folders), SYSTEM))
+
+
+@cache
+def _first(pythons: tuple[str, ...]) -> Found | None:
+    """The first that has it."""
+    return next((found for python in pythons if (found := probed(python)) is not None), None)
+
+
+def probed(python: str) -> Found | None:
+    """What a Python says of it; None where it has none, or is no Python. Our own is not started for that."""
+    if python == sys.executable:
+        number = PACKAGE.version()
+        return None if number is None else Found(python, number, tuple(map(str, PACKAGE.places())))
+    if not os.access(python, os.X_OK):
+        return None
+    try:
+        said = subprocess.run(
+            [python, "-c", PROBE], cwd="/", capture_output=True, text=True, timeout=PATIENCE, check=True
+        ).stdout
+        found = json.loads(said)
+        return None if found is None else Found(python, str(found[0]), tuple(map(str, found[1])))
+    except (OSError, ValueError, TypeError, LookupError, subprocess.SubprocessError):
+        return None

@@ -1,0 +1,75 @@
+"""Programs that are found on the PATH: where they lie, what they say of themselves, and what they have left as text."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.models.external.exporters.named_parts import Named
+from softmark.interpreter.models.external.external_problem import NoAnswer
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.external_problem import Floats, Problem
+    from softmark.interpreter.models.imported_results.result_file import Told
+
+UNKNOWN = "of a version that it does not tell"
+NODES = "nodes.npy"  # ours, beside a deck: what an answer is matched to
+NAMELESS = Named({}, {}, {}, {})  # of decks that are told of nodes alone
+WIDE = 300  # characters of what it says that are told
+
+
+def places(program: str) -> tuple[Path, ...]:
+    """The file that is run; none where it is not installed."""
+    found = shutil.which(program)
+    return () if found is None else (Path(found).resolve(),)
+
+
+def said(program: str, *options: str) -> str:
+    """What it says of itself; empty where it cannot be started, or hangs."""
+    try:
+        return subprocess.run(
+            [program, *options], stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", timeout=20,
+            check=False,
+        ).stdout  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+
+
+def text(path: Path) -> str:
+    """A file of its own. Raises NoAnswer where there is none."""
+    try:
+        return path.read_text(encoding="ascii", errors="replace")
+    except OSError as error:
+        raise NoAnswer(f"it left no {path.name} ({error.strerror})") from error
+
+
+def keep(problem: Problem, folder: Path) -> None:
+    """Our nodes, beside a deck."""
+    np.save(folder / NODES, problem.points)
+
+
+def kept(folder: Path) -> Floats:
+    """Our nodes (n, 3), m. Raises NoAnswer where it has written over them."""
+    try:
+        found: Floats = np.load(folder / NODES, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise NoAnswer(f"it has written over {NODES}") from error
+    return found
+
+
+def results(path: Path, field: str) -> tuple[Told, Floats]:
+    """A file of results, and its vectors of that name (p, 3). Raises NoAnswer."""
+    from softmark.interpreter.models.imported_results import readers
+    from softmark.references.measured_data import Unreadable
+
+    try:
+        told = readers.read(path)
+    except Unreadable as why:
+        raise NoAnswer(f"its result cannot be read: {why}") from why
+    if field not in told.fields:
+        raise NoAnswer(f"{path.name} has no vectors `{field}`")
+    return told, told.fields[field][-1]

@@ -1,0 +1,108 @@
+"""FEBio 4 (`febio4`): the deck that `dsl export --to febio` writes, read from the displacements that it asks for.
+
+Their table has 12 digits, a block for each step of time, of which those at whole times are states. Its log says whether
+it came to the end, and how long it took. It was never run here: what is read is what its sources say it writes.
+Source: FEBio User Manual 4, "Running FEBio from a command line" and "Logfile"; FECore/DataRecord.cpp,
+FEBioLib/FEBioModel.cpp and FEBio/FEBioApp.cpp.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.models.external.adapters import executables
+from softmark.interpreter.models.external.exporters import febio_exporter as deck
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.external_problem import Floats, Problem
+
+program = "febio4"  # the deck is of a specification that none before has
+install = "put `febio4` of FEBio 4 (febio.org) on the PATH; no package of Debian or Python has it"
+refuses = deck.refuses
+
+TABLE, LOG = "u.csv", "model.log"
+ROUNDING = 5e-12  # of a number: half of the last of 12 digits
+SAME = 1e-6  # of a step of time: how far a state may be from its time, which is a sum of steps
+GOOD, BAD = "N O R M A L   T E R M I N A T I O N", "E R R O R   T E R M I N A T I O N"
+_BOX = re.compile(r"^ ?\* +(?:(?:FATAL )?ERROR|WARNING) +\*\n((?: ?\*[^*\n][^\n]*\*\n)+)", re.M)
+_NUMBER = r"(\d+(?:\.\d*)?(?:e[+-]?\d+)?)"
+_REACHED = re.compile(rf"^-+ converged at time : {_NUMBER}", re.M)
+_ITERATIONS = re.compile(r"Total number of equilibrium iterations \.+ : (\d{1,9})\b")
+_CLOCK = re.compile(rf"(Input|Initialization|Solve) time \.+ : \S+ \({_NUMBER} sec\)")
+CLOCKS = {"Input": "io_s", "Initialization": "setup_s", "Solve": "solve_s"}
+
+
+def version() -> str | None:
+    """What it says of itself; None where it is not installed."""
+    if not places():
+        return None
+    found = re.search(r"FEBio version\s*=\s*(\S+)", executables.said(program, "-info", "-norun"))
+    return visible(found[1]) if found else executables.UNKNOWN
+
+
+def places() -> tuple[Path, ...]:
+    """The file that is run; none where it is not installed."""
+    return executables.places(program)
+
+
+def write(problem: Problem, folder: Path) -> None:
+    """Its deck."""
+    deck.export(problem, executables.NAMELESS, folder)
+
+
+def command(folder: Path) -> list[str]:
+    """What is run in the folder; its threads are those of OMP_NUM_THREADS."""
+    return [program, "-i", deck.FILE, "-nosplash"]
+
+
+def read(folder: Path) -> Answer:
+    """What it has left in a folder. Raises NoAnswer, NotSettled."""
+    told, log = executables.text(folder / deck.FILE), executables.text(folder / LOG)
+    said = _said(log)
+    reached = [*map(float, _REACHED.findall(log))]
+    if BAD in log:
+        why = f"an error termination, after time {max(reached, default=0.0):g} of {told.count('<pt>') - 1}"
+        raise NotSettled(f"{why}{': ' if said else ''}{said}")
+    if GOOD not in log:
+        raise NoAnswer(f"its log has no normal termination{': ' if said else ''}{said}")
+    blocks = dict(_blocks(executables.text(folder / TABLE)))
+    u = [_state(blocks, k, told.count("<node id=")) for k in range(1, told.count("<pt>"))]
+    iterations = _ITERATIONS.search(log)
+    clocks = {CLOCKS[name]: float(spent) for name, spent in _CLOCK.findall(log)}
+    return Answer(np.array(u) / deck.MM, True, int(iterations[1]) if iterations else None, clocks, said, ROUNDING)
+
+
+def _said(log: str) -> str:
+    """Its errors and warnings on one line."""
+    boxes = (" ".join(line.strip(" *") for line in box.splitlines()).split() for box in _BOX.findall(log))
+    return visible("; ".join(dict.fromkeys(" ".join(words) for words in boxes)))[: executables.WIDE]
+
+
+def _blocks(table: str) -> list[tuple[float, str]]:
+    """What was written at each time. Raises NoAnswer."""
+    try:
+        parts = re.split(r"^\*Step[^\n]*\n\*Time\s*=\s*(\S+)\n\*Data[^\n]*\n", table, flags=re.M)[1:]
+        return [(float(time), rows) for time, rows in zip(parts[::2], parts[1::2], strict=True)]
+    except ValueError as error:
+        raise NoAnswer(f"{TABLE} is not a table of times") from error
+
+
+def _state(blocks: dict[float, str], time: int, count: int) -> Floats:
+    """Displacements (n, 3), mm, at a time. Raises NoAnswer."""
+    rows = next((own for at, own in blocks.items() if abs(at - time) <= SAME), None)
+    if rows is None:
+        raise NoAnswer(f"{TABLE} has no displacements at time {time}")
+    try:
+        table = np.array([line.split(",") for line in rows.splitlines() if line.strip()], dtype=np.float64)
+    except ValueError as error:
+        raise NoAnswer(f"{TABLE} holds what is no table of displacements") from error
+    if table.shape != (count, 4) or (table[:, 0] != np.arange(1, count + 1)).any():
+        raise NoAnswer(f"{TABLE} does not have the displacements of all {count} nodes in turn")
+    found: Floats = table[:, 1:]
+    return found

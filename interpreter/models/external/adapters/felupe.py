@@ -1,0 +1,139 @@
+"""FElupe: its regions, laws and Newton iteration (SciPy's SuperLU); the load in steps that shrink where that fails.
+
+Of ours are nodes, cells, what is held, the forces on nodes, and when to stop: its own rule counts forces below 1e-3 of
+its unit as none, which in SI is a millinewton. Its laws that are ours to the last term:
+    linear_elastic          LinearElastic        small strain
+    neo_hookean             NeoHookeCompressible psi = mu/2 tr C - mu ln J + lam/2 (ln J)^2
+    neo_hookean_isochoric   NeoHooke             psi = mu/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2
+A law of St Venant and Kirchhoff it has by automatic differentiation alone, which needs another package: left out.
+Source: Dutzler, FElupe (2025), doi:10.5281/zenodo.4817406.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.models.external.adapters import package_process
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem
+
+PACKAGE = package_process.Package("softmark.interpreter.models.external.adapters.felupe", "felupe", "felupe", "felupe")
+install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, PACKAGE.refuses
+write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
+
+# its cells are named as meshio's, and numbered as ours; its quadrature has as many points as we take
+REGIONS = {
+    "tet4": "RegionTetra",
+    "tet10": "RegionQuadraticTetra",
+    "hex8": "RegionHexahedron",
+    "hex20": "RegionQuadraticHexahedron",
+    "hex27": "RegionTriQuadraticHexahedron",
+}
+SHORTEST = 1.0 / 512.0  # of the load: a step of less is given up
+MOST = 16  # iterations of a step
+
+
+def solved(problem: Problem) -> Answer:
+    """Displacements under each share of the load. Raises NoAnswer."""
+    begin = time.perf_counter()
+    newton = Newton(problem)
+    ready = time.perf_counter()
+    states, at = [], 0.0
+    for share in problem.shares:
+        newton.raised(at, share)
+        states.append(newton.u.copy())
+        at = share
+    done = time.perf_counter()
+    clocks = {"setup_s": ready - begin, "solve_s": done - ready}
+    return Answer(
+        np.array(states),
+        True,
+        newton.iterations,
+        clocks,
+        f"{newton.steps} {'step' if newton.steps == 1 else 'steps'} of the load",
+    )
+
+
+def law(problem: Problem) -> Any:
+    """Its law."""
+    import felupe
+
+    (stuff,) = problem.stuff
+    E, nu = stuff.constants["young"], stuff.constants["poisson"]
+    lam, mu = stuff.lame
+    if problem.strain == "small":
+        return felupe.LinearElastic(E, nu)
+    if stuff.law == "neo_hookean":
+        return felupe.NeoHookeCompressible(mu=mu, lmbda=lam)
+    return felupe.NeoHooke(mu=mu, bulk=E / (3.0 * (1.0 - 2.0 * nu)))
+
+
+class Newton:
+    """Its Newton iteration over a body, under a share of the load."""
+
+    def __init__(self, problem: Problem) -> None:
+        import felupe
+
+        from softmark.solvers.elements import element_of
+
+        region = REGIONS[problem.element]
+        mesh = felupe.Mesh(problem.points, problem.cells, element_of(problem.element).meshio)
+        self.problem = problem
+        self.field = felupe.FieldContainer([felupe.Field(getattr(felupe, region)(mesh), dim=3)])
+        self.load = felupe.PointLoad(self.field, np.arange(len(problem.points)), np.zeros_like(problem.forces))
+        self.items = [felupe.SolidBody(law(problem), self.field), self.load]
+        fixed = 3 * problem.held[:, 0] + problem.held[:, 1]
+        self.order = np.argsort(fixed)
+        self.dof0 = fixed[self.order]
+        self.dof1 = np.setdiff1d(np.arange(problem.points.size), self.dof0)
+        self.iterations = self.steps = 0
+
+    @property
+    def u(self) -> Any:
+        """Displacements (n, 3), m."""
+        return self.field[0].values
+
+    def raised(self, at: float, to: float) -> None:
+        """From one share of the load to another; in one step, or in more where that fails. Raises NoAnswer."""
+        step = to - at
+        while at < to:
+            before = self.u.copy()
+            share = to if at + step >= to - 1e-12 else at + step
+            if self._solved(share):
+                at, step, self.steps = share, 2.0 * step, self.steps + 1
+                continue
+            self.u[:] = before
+            step *= 0.5
+            if step < SHORTEST:
+                raise NoAnswer(f"its Newton iteration ends at {100.0 * at:.4g} % of the load")
+
+    def _solved(self, share: float) -> bool:
+        """Whether its iteration comes to an equilibrium under a share of the load."""
+        import felupe
+
+        self.load.update(share * self.problem.forces)
+        known: dict[str, Any] = {"dof0": self.dof0, "dof1": self.dof1, "maxiter": MOST, "verbose": 0}
+        try:
+            with np.errstate(all="ignore"):
+                felupe.newtonraphson(
+                    items=self.items, x0=self.field, ext0=share * self.problem.values[self.order],
+                    check=self._balanced, tol=self.problem.tolerance, **known,
+                )  # fmt: skip
+        except (ValueError, ArithmeticError, RuntimeError, np.linalg.LinAlgError):  # its own errors are ValueErrors
+            return False
+        return bool(np.all(np.isfinite(self.u)))
+
+    def _balanced(self, dx: Any, x: Any, f: Any, ftol: float, **others: Any) -> tuple[float, float, bool]:
+        """Forces out of balance against the larger of loads and reactions."""
+        self.iterations += 1
+        forces = np.asarray(f).ravel()
+        largest = max(float(np.linalg.norm(self.load.values)), float(np.linalg.norm(forces[self.dof0])))
+        left = float(np.linalg.norm(forces[self.dof1])) / (largest or 1.0)
+        return float(np.linalg.norm(dx)), left, left <= ftol
+
+
+if __name__ == "__main__":
+    sys.exit(package_process.main(solved))

@@ -1,0 +1,136 @@
+"""MuJoCo's rod: a flex of edges in motion, a discrete elastic rod, which took the place of its cable in version 4.
+
+Of ours are nodes, masses at the nodes, bending and torsional stiffness, inertia about the axis and the forces on nodes.
+Edges keep their length, by constraints as stiff as they go, and sections are normal to them: what sections have of
+stiffness against stretch and shear, and of inertia about e2 and e3, has no place there. The energy at a node is
+EI |kb|^2 / (l0 + l1) of the curvature binormal kb and the edges at it; a clamped edge beside the node that is held is
+SHORT of the next, so that the clamp is at the node. A box and two moduli make EI2, EI3 and GJ, as its compiler does.
+All is told in the axes of the section, so that the rod is along x there. Steps are `discrete`.
+Source: its documentation, Modeling: Rods; Bergou, Wardetzky, Robinson, Audoly and Grinspun (2008), Discrete elastic
+rods, ACM Trans. Graph. 27(3):63.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from softmark.interpreter.models.external.adapters.mujoco_steps import stepped
+from softmark.interpreter.models.external.adapters.rod_adapters import halfway, must_be_worked_for
+from softmark.interpreter.models.external.exporters.mujoco_exporter import SMALL, forces, nodes, pushed, row, weighed
+from softmark.interpreter.models.external.external_problem import Answer, Floats, Motion, NoAnswer, Problem, Section
+
+SHORT = 1e-3  # of the edge beside it: an edge that only says where a clamp points
+BOX = 1e-3  # m, the half size of the box along e2; its moduli make any stiffness of it
+STIFF = 'solimp="0.9999 0.9999 0.001 0.5 2"'  # of the constraints on edges: the greatest that it takes
+
+
+def solved(problem: Problem) -> Answer:
+    """Displacements and axes of sections after the steps that are asked for. Raises NoAnswer."""
+    import mujoco
+
+    begin = time.perf_counter()
+    motion, section = problem.motion, problem.section
+    if motion is None or section is None:
+        raise NoAnswer("it knows rods in motion alone")
+    ends = held_ends(problem)
+    model = mujoco.MjModel.from_xml_string(deck(problem, motion, section))
+    data, count = mujoco.MjData(model), len(problem.points)
+    first = 1 if ends[0] else 0  # of our nodes among its vertices, and of our segments among its edges
+    u, turned = np.zeros((len(motion.after), count, 3)), np.tile(section.axes, (len(motion.after), count, 1, 1))
+    energies = np.zeros(len(motion.after))
+    twists = [model.joint(name).qposadr[0] for name in _twists(count - 1, ends)]
+
+    def look(i: int) -> None:
+        mujoco.mj_forward(model, data)
+        x = data.flexvert_xpos[first : first + count]
+        u[i] = x @ section.axes.T + problem.points[0] - problem.points
+        frames = np.array(data.plastic[: 6 * (count - 1 + sum(ends))]).reshape(-1, 2, 3)[first : first + count - 1]
+        turned[i] = section.axes @ halfway(_axes(x, frames, data.qpos[twists]))
+        turned[i][[0, -1]] = np.where(np.array(ends)[:, None, None], section.axes, turned[i][[0, -1]])
+        energies[i] = data.energy[1]  # of motion alone: what is stored besides is no less than nothing
+
+    ready = time.perf_counter()
+    steps, unsolved = stepped(model, data, motion, look)
+    done = time.perf_counter()
+    must_be_worked_for(energies, np.einsum("tni,ni->t", u, problem.forces), motion.step)
+    said = f"{unsolved} of {motion.count} steps ran out of iterations" if unsolved else ""
+    clocks = {"setup_s": ready - begin, "solve_s": done - ready}
+    return Answer(u, not unsolved, None, clocks, said, steps_s=steps, turned=turned, unsolved=unsolved)
+
+
+def held_ends(problem: Problem) -> tuple[bool, bool]:
+    """Whether the first and the last node are clamped."""
+    return bool(np.any(problem.held[:, 0] == 0)), bool(np.any(problem.held[:, 0] == len(problem.points) - 1))
+
+
+def deck(problem: Problem, motion: Motion, section: Section) -> str:
+    """The model in its own language, along x: a body with slides for every node, and one that twists for every edge."""
+    X = (problem.points - problem.points[0]) @ section.axes
+    ends, lengths = held_ends(problem), np.linalg.norm(np.diff(X, axis=0), axis=1)
+    free = np.ones(X.shape, dtype=np.bool_)
+    free[[0, -1]] = ~np.array(ends)[:, None]
+    g, rest = weighed(problem.forces @ section.axes, motion.masses)
+    *_, GJ, EI2, EI3 = section.stiffness.tolist()
+    high, wide = BOX, BOX * (EI2 / EI3) ** 0.5  # half sizes along e2 and e3: I2 : I3 as the squares of wide and high
+    young, shear = EI2 / (4.0 / 3.0 * wide**3 * high), GJ / torsion(high, wide)
+    names, vertex, edges = _vertices(X, lengths, ends)
+    twist, drag = section.inertia[0] * lengths, motion.damping_mass
+    slowed = (
+        pushed(name, 0.0, drag * own) for name, own in zip(_twists(len(lengths), ends), twist.tolist(), strict=True)
+    )
+    return f"""<mujoco>
+<option timestep="{motion.step!r}" integrator="discrete" gravity="{row(g)}">
+<flag contact="disable" autoreset="disable" energy="enable"/></option>
+<worldbody>{"".join(nodes(X, motion.masses, free))}{"".join(_turning(twist, ends))}</worldbody>
+<deformable><flex name="rod" dim="1" body="{names}" vertex="{vertex}" element="{edges}">
+<contact contype="0" conaffinity="0" selfcollide="none"/>
+<elasticity young="{young!r}" shear="{shear!r}" section="box" sectionsize="{high!r} {wide!r}"/></flex></deformable>
+<equality><flex flex="rod" solref="{2.0 * motion.step!r} 1" {STIFF}/></equality>
+<actuator>{"".join(forces(rest, drag * motion.masses, free))}{"".join(slowed) if drag else ""}</actuator>
+</mujoco>"""
+
+
+def torsion(high: float, wide: float) -> float:
+    """The torsion constant of a box of these half sizes, m^4, by the formula of its compiler."""
+    b, a = sorted((high, wide))
+    return a * b**3 * (16.0 / 3.0 - 3.36 * b / a * (1.0 - b**4 / a**4 / 12.0))
+
+
+def _vertices(X: Floats, lengths: Floats, ends: tuple[bool, bool]) -> tuple[str, str, str]:
+    """Bodies, places and edges of the flex: our nodes, and one beyond each that is clamped; these two never move."""
+    names, places = [f"n{i}" for i in range(len(X))], [np.zeros(3)] * len(X)
+    if ends[0]:
+        names, places = ["world", "world", *names[1:]], [X[0] - [SHORT * lengths[0], 0.0, 0.0], X[0], *places[1:]]
+    if ends[1]:
+        names = [*names[:-1], "world", "world"]
+        places = [*places[:-1], X[-1], X[-1] + [SHORT * lengths[-1], 0.0, 0.0]]
+    edges = " ".join(f"{i} {i + 1}" for i in range(len(names) - 1))
+    return " ".join(names), " ".join(map(row, places)), edges
+
+
+def _twists(count: int, ends: tuple[bool, bool]) -> list[str]:
+    """What it calls the joints that twist so many edges: by their place among all, and the last one by none."""
+    names = [f"rod_twist_{i + ends[0]}" for i in range(count)]
+    return names if ends[1] else [*names[:-1], "rod_twist"]
+
+
+def _turning(inertia: Floats, ends: tuple[bool, bool]) -> Iterator[str]:
+    """A body for each edge, kg m^2 about its axis (m,), whose joint is the angle of its section."""
+    for name, own in zip(_twists(len(inertia), ends), inertia.tolist(), strict=True):
+        about = f'<inertial pos="0 0 0" mass="{SMALL}" diaginertia="{own!r} {own!r} {own!r}"/>'
+        yield f'<body name="{name}">{about}<joint name="{name}" axis="1 0 0"/></body>'
+
+
+def _axes(x: Floats, frames: Floats, angles: Floats) -> Floats:
+    """Axes of edges as columns (m, 3, 3), at nodes x (n, 3): t and u of a step before (m, 2, 3), by turns of angles."""
+    t = np.diff(x, axis=0)
+    t /= np.linalg.norm(t, axis=1)[:, None]
+    before, u = frames[:, 0], frames[:, 1]
+    across = np.cross(before, t)  # u goes with the turn that takes t from before to now
+    u = u + np.cross(across, u) + np.cross(across, np.cross(across, u)) / (1.0 + (before * t).sum(axis=1))[:, None]
+    v = np.cross(t, u)
+    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    return np.stack([t, c * u + s * v, c * v - s * u], axis=2)

@@ -1,0 +1,33 @@
+"""Steps of MuJoCo, whatever is in its model."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.models.external.external_problem import Floats, Motion, NotSettled
+
+
+def stepped(model: Any, data: Any, motion: Motion, look: Callable[[int], None]) -> tuple[Floats, int]:
+    """Seconds of each step, and of how many the iterations ran out; `look(i)` when state i of `after` is reached.
+
+    Raises NotSettled for numbers that it calls bad itself, or that are none.
+    """
+    import mujoco
+
+    wanted, warned = {int(n): i for i, n in enumerate(motion.after)}, mujoco.mjtWarning
+    bad = [int(w) for w in (warned.mjWARN_BADQPOS, warned.mjWARN_BADQVEL, warned.mjWARN_BADQACC)]
+    steps, short, unsolved = np.empty(motion.count), data.warning[int(warned.mjWARN_INERTIA)], 0
+    for n in range(motion.count):
+        before = time.perf_counter()
+        mujoco.mj_step(model, data)
+        steps[n] = time.perf_counter() - before
+        unsolved, short.number = unsolved + bool(short.number), 0
+        if any(data.warning[w].number for w in bad) or not np.all(np.isfinite(data.qpos)):
+            raise NotSettled(f"it is unstable after {(n + 1) * motion.step:.4g} s, with steps of {motion.step:g} s")
+        if n + 1 in wanted:
+            look(wanted[n + 1])
+    return steps, unsolved

@@ -1,0 +1,34 @@
+"""Newton: linear tetrahedra in motion by extended position based dynamics, on the processor, through Warp.
+
+As of `newton_vbd.py` but for the law and the solver. Its two constraints of a cell are tr C - 3 with the compliance
+1/mu and J - 1 with 1/lam: energies mu/2 (tr C - 3)^2 and lam/2 (J - 1)^2, of which the first has no stiffness against
+shear at rest, to first order, for tr C - 3 grows with its square there.
+Source: Macklin, Mueller and Chentanez (2016), XPBD, Motion in Games; its source code, solvers/xpbd/kernels.py.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from softmark.interpreter.models.external.adapters import newton_vbd, package_process
+from softmark.interpreter.models.external.external_problem import Answer, Problem
+
+PACKAGE = package_process.Package(
+    "softmark.interpreter.models.external.adapters.newton_xpbd", "newton", "newton", "newton"
+)
+install, version, places, refuses = PACKAGE.install, PACKAGE.version, PACKAGE.places, newton_vbd.refuses
+write, command, read = PACKAGE.write, PACKAGE.command, PACKAGE.read
+
+USUAL = 2  # iterations: its own default
+
+
+def solved(problem: Problem) -> Answer:
+    """Displacements after the steps that are asked for. Raises NoAnswer."""
+    from newton.solvers import SolverXPBD
+
+    count = USUAL if problem.motion is None else problem.motion.iterations or USUAL
+    return newton_vbd.moved(problem, count, lambda model: SolverXPBD(model, iterations=count), colours=False)
+
+
+if __name__ == "__main__":
+    sys.exit(package_process.main(solved))

@@ -1,0 +1,112 @@
+"""PolyFEM (`PolyFEM_bin`): the deck that `dsl export --to polyfem` writes, read from its VTU and its own statistics.
+
+Its VTU has the nodes of each cell by themselves, as doubles, in an order of its own: they are matched by where they
+are. It stops at a gradient of 1e-8 of its own, and words for another tolerance are not the same in all its versions:
+loads of less than about 1 mN may be left unsolved, which is then said. It tells no version. It was never run here:
+what is read is what its sources say it writes.
+Source: its src/main.cpp, io/OutData.cpp, io/VTUWriter.cpp; polysolve's nonlinear/Solver.cpp.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.models.external.adapters import executables
+from softmark.interpreter.models.external.exporters import polyfem_exporter as deck
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+from softmark.interpreter.models.external.external_process import LOG
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.external_problem import Floats, Problem
+
+program = "PolyFEM_bin"
+install = "put `PolyFEM_bin` (polyfem.github.io) on the PATH; no package of Debian or Python has it"
+
+FIELD = "solution"
+NEAR = 1e-9  # of the body: how far a node of its is from one of ours
+ALIKE = 1e-9  # of the greatest displacement: how far those of a node may be apart in its cells
+_ERROR = re.compile(r"\[error\]\s*(.*)")
+_SOLVED = re.compile(r"^.*\bFinished: .*$", re.M)  # of the nonlinear solver, the last of which is the body's
+CLOCKS = {
+    "io_s": ("loading_mesh",),
+    "setup_s": ("building_basis", "assigning_rhs"),
+    "solve_s": ("assembling_stiffness_mat", "solving"),
+}
+
+
+def version() -> str | None:
+    """None where it is not installed."""
+    return executables.UNKNOWN if places() else None
+
+
+def places() -> tuple[Path, ...]:
+    """The file that is run; none where it is not installed."""
+    return executables.places(program)
+
+
+def refuses(problem: Problem) -> list[tuple[str, str]]:
+    """What of a problem has no words in its deck, loads among it."""
+    return deck.refuses(problem) or deck.lost(problem, _named(problem))
+
+
+def write(problem: Problem, folder: Path) -> None:
+    """Its deck, with its mesh beside it."""
+    deck.export(problem, _named(problem), folder)
+    executables.keep(problem, folder)
+
+
+def _named(problem: Problem) -> Named:
+    assert problem.named is not None  # as its line in PROGRAMS asks for
+    return problem.named
+
+
+def command(folder: Path) -> list[str]:
+    """What is run in the folder; a shell knows how many threads it may have, which its environment does not limit."""
+    return ["sh", "-c", f'exec {program} --json {deck.FILE} --output_dir . --log_level info'
+            ' --max_threads "${OMP_NUM_THREADS:-1}"']  # fmt: skip
+
+
+def read(folder: Path) -> Answer:
+    """What it has left in a folder. Raises NoAnswer, NotSettled."""
+    log = executables.text(folder / LOG)
+    errors, solved = _ERROR.findall(log), _SOLVED.findall(log)
+    said = visible("; ".join(dict.fromkeys(own.strip() for own in errors)))[: executables.WIDE]
+    settled = "[error]" not in solved[-1] if solved else None
+    if not (folder / deck.ANSWER).exists():
+        if settled is False or any(word in said for word in ("iteration limit", "find minimizer")):
+            raise NotSettled(said)
+        raise NoAnswer(f"it left no {deck.ANSWER}{': ' if said else ''}{said}")
+    told, found = executables.results(folder / deck.ANSWER, FIELD)
+    u = _matched(told.points, found, executables.kept(folder))
+    return Answer(u[None], settled, None, _clocks(folder / deck.STATISTICS), said)
+
+
+def _matched(points: Floats, found: Floats, nodes: Floats) -> Floats:
+    """Displacements (n, 3), m, of our nodes. Raises NoAnswer."""
+    from scipy.spatial import cKDTree
+
+    distance, node = cKDTree(nodes).query(points)
+    own = distance <= NEAR * np.linalg.norm(np.ptp(nodes, axis=0))
+    u = np.full(nodes.shape, np.nan)
+    u[node[own]] = found[own]
+    if lost := int(np.isnan(u[:, 0]).sum()):
+        raise NoAnswer(f"{deck.ANSWER} has no point at {lost} of {len(nodes)} nodes")
+    if np.abs(u[node[own]] - found[own]).max() > ALIKE * np.abs(u).max():
+        raise NoAnswer(f"{deck.ANSWER} has several displacements of a node")
+    return u
+
+
+def _clocks(path: Path) -> dict[str, float]:
+    """What its statistics say of times, s; nothing where they say none."""
+    try:
+        told = json.loads(executables.text(path))
+        return {name: sum(float(told[f"time_{own}"]) for own in parts) for name, parts in CLOCKS.items()}
+    except (NoAnswer, ValueError, KeyError, TypeError, RecursionError):
+        return {}

@@ -1,0 +1,34 @@
+"""What adapters of rods have in common: axes at nodes, of those of segments, and the work that energy comes from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.interpreter.models.external.external_problem import Floats, NotSettled
+
+MADE = 0.05  # of the largest work of the loads: energy beyond that work
+
+
+def must_be_worked_for(energies: Floats, work: Floats, step: float) -> None:
+    """A rod from rest under dead loads has no more energy (t,) than these have done `work` (t,), J. Raises NotSettled.
+
+    Steps that are too long make more long before its numbers overflow; those that are short enough, up to MADE of it.
+    """
+    most = float(np.abs(work).max())
+    made = float((energies - work).max())
+    if not made <= MADE * most:
+        if most == 0.0:
+            raise NotSettled(f"it is unstable with steps of {step:g} s: nothing works, and the rod moves")
+        found = f"{made / most:.3g} times the work of its loads"
+        raise NotSettled(f"it is unstable: with steps of {step:g} s energy comes from nowhere, {found}")
+
+
+def halfway(own: Floats) -> Floats:
+    """Axes e1, e2, e3 as columns (n, 3, 3) at nodes, of those of segments (n - 1, 3, 3).
+
+    Between two segments halfway, at an end those of the one there.
+    """
+    both = np.concatenate([own[:1], 0.5 * (own[:-1] + own[1:]), own[-1:]])
+    u, _, v = np.linalg.svd(both)  # the rotation nearest to a mean of two
+    found: Floats = u @ v
+    return found

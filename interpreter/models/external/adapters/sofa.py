@@ -1,0 +1,68 @@
+"""SOFA 24 (`runSofa`): the scene that `dsl export --to sofa` writes, solved once in batch, read from its VTU.
+
+Its VTU has six digits of each displacement, in the order of our nodes; what those leave in our equations is said. Its
+static solver says in the log whether it converged. Its own clock begins after the first step, which is the only one
+here, so that its time is that of its whole process. It tells no version. It was never run here: what is read is what
+its sources say it writes.
+Source: Component/IO/Mesh/VTKExporter.cpp, ODESolver/Backward/StaticSolver.cpp, Engine/Transform/DifferenceEngine.inl
+and GUI/BatchGUI.cpp.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.models.external.adapters import executables
+from softmark.interpreter.models.external.exporters import sofa_exporter as deck
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, NotSettled
+from softmark.interpreter.models.external.external_process import LOG
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.external_problem import Problem
+
+program = "runSofa"
+install = "put `runSofa` of SOFA 24 (sofa-framework.org) on the PATH; no package of Debian or Python has it"
+refuses = deck.refuses
+
+ROUNDING = 5e-6  # of a number: half of the last of 6 digits
+SETTLED, LOST, ITERATION = "[CONVERGED]", "[DIVERGED]", "Newton iteration #"
+
+
+def version() -> str | None:
+    """None where it is not installed."""
+    return executables.UNKNOWN if places() else None
+
+
+def places() -> tuple[Path, ...]:
+    """The file that is run; none where it is not installed."""
+    return executables.places(program)
+
+
+def write(problem: Problem, folder: Path) -> None:
+    """Its scene."""
+    deck.export(problem, executables.NAMELESS, folder)
+    executables.keep(problem, folder)
+
+
+def command(folder: Path) -> list[str]:
+    """What is run in the folder."""
+    return [program, "-g", "batch", "-n", "1", deck.FILE]
+
+
+def read(folder: Path) -> Answer:
+    """What it has left in a folder. Raises NoAnswer, NotSettled."""
+    log, files = executables.text(folder / LOG), sorted(folder.glob(f"{deck.ANSWER}*.vtu"))
+    if LOST in log:
+        why = log.partition(LOST)[2].partition("\n")[0].strip()[: executables.WIDE]
+        raise NotSettled(visible(why) or "it diverged")
+    if not files:
+        raise NoAnswer(f"it left no {deck.ANSWER}*.vtu")
+    told, u = executables.results(files[-1], deck.FIELD)
+    nodes = executables.kept(folder)
+    if told.points.shape != nodes.shape or np.abs(told.points - nodes).max() > 2.0 * ROUNDING * np.abs(nodes).max():
+        raise NoAnswer(f"the points of {files[-1].name} are not the nodes of its scene")
+    return Answer(u[None], True if SETTLED in log else None, log.count(ITERATION) or None, {}, "", ROUNDING)

@@ -1,0 +1,63 @@
+"""Files that a model is exported as, a module each: `refuses(problem)` and `export(problem, named, folder)`.
+
+`refuses` says what of a problem has no words in the format, and why; `export` writes files and gives their names. One
+that tells what acts on facets by a word for each load has `lost(problem, named)` besides, which says the same of those.
+To add a format: that file, and a line here. Adapters of programs that are run write the same files.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Format:
+    """The module of a format, what it is, the unit of its lengths, and what its numbers are in."""
+
+    module: str
+    what: str
+    unit: str = "1m"
+    mesh: bool = False  # and no way to solve it
+    moves: bool = False  # and no state of rest
+    by_name: bool = False  # whether its module has `lost`
+    units: str = "m, kg, s, N and Pa"
+
+    def unit_of(self, si: str) -> str:
+        """The unit in its files of what is in `si` elsewhere."""
+        return OF_MM.get(si, si) if self.units == MM else si
+
+
+MM = "mm, g and s: forces uN (micronewtons), stresses Pa, energies nJ, densities g/mm^3"
+OF_MM = {"m": "mm", "m^2": "mm^2", "m^3": "mm^3", "N": "uN", "N*m": "nN*m", "J": "nJ"}  # uN = g*mm/s^2
+
+FORMATS: dict[str, Format] = {
+    "calculix": Format("adapters.calculix", "an input deck, `ccx -i job` runs it", "1mm", units=MM),
+    "febio": Format(
+        "exporters.febio_exporter", "a deck that `febio4 -i model.feb` runs; tested as text alone", "1mm", units=MM
+    ),
+    "gmsh": Format(
+        "exporters.gmsh_exporter",
+        "the mesh as Gmsh 4.1, with materials, supports and loads as physical groups",
+        mesh=True,
+    ),
+    "mujoco": Format("exporters.mujoco_exporter", "a model that `simulate model.xml` shows in motion", moves=True),
+    "polyfem": Format(
+        "exporters.polyfem_exporter",
+        "a deck that `PolyFEM_bin --json model.json` runs; tested as text alone",
+        by_name=True,
+    ),
+    "sofa": Format(
+        "exporters.sofa_exporter", "a scene that `runSofa -g batch -n 1 model.scn` runs; tested as text alone"
+    ),
+    "vtu": Format(
+        "exporters.vtu_exporter", "the mesh as VTU, with forces, what is held and by how much at its nodes", mesh=True
+    ),
+}
+
+
+def form(name: str) -> Any:
+    """The module of a format. Raises KeyError for one that is in no table."""
+    return import_module(f"softmark.interpreter.models.external.{FORMATS[name].module}")

@@ -1,0 +1,157 @@
+"""FEBio 4 (.feb, specification 4.0): an input deck as text, which has not been run where it is tested.
+
+In mm, Pa and uN (g, mm, s), for a residual below 1e-20 is nothing to it. State k of a problem is at time k. Its lists
+have commas between their numbers; a table of nodes goes by the place of a node in its set. Displacements come out as
+`u.csv`, in mm, a block for each step of time.
+Source: FEBio User Manual 4, "Free format input"; laws as in FEBioMech/FENeoHookean.cpp and FEIsotropicElastic.cpp.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import visible
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem, Stuff
+
+FILE = "model.feb"
+MM, UN = 1e3, 1e6  # its units in a metre and in a newton
+STEPS = 10  # of the load, to each state
+LAWS = {"neo_hookean": "neo-Hookean", "st_venant_kirchhoff": "isotropic elastic"}  # both have these energies there
+ELEMENTS = ("tet4", "hex8")
+AXES = "xyz"
+
+
+def refuses(problem: Problem) -> list[tuple[str, str]]:
+    """What of a problem it does not have, or not as it is meant."""
+    found = []
+    if problem.element not in ELEMENTS:
+        found.append((problem.element, f"its quadrature may be another; tried are {', '.join(ELEMENTS)}"))
+    if problem.strain == "small":
+        found.append(("strain = small", "its solids are always of finite strain"))
+        return found
+    for stuff in problem.stuff:
+        if stuff.law not in LAWS:
+            found.append((stuff.law, f"of ours it has {', '.join(LAWS)}; others are of three fields there"))
+    return found
+
+
+def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+    """The deck, with sets of nodes that have the names of supports."""
+    (folder / FILE).write_text("\n".join([*deck(problem, named), ""]), encoding="ascii")
+    return [FILE]
+
+
+def deck(problem: Problem, named: Named) -> Iterator[str]:
+    """Its lines."""
+    yield '<?xml version="1.0" encoding="ISO-8859-1"?>'
+    yield "<!-- units: mm, Pa, uN (g, mm, s) -->"
+    yield from ('<febio_spec version="4.0">', '<Module type="solid"/>')
+    yield from _control(problem)
+    yield from _block("Material", (_material(i, own) for i, own in enumerate(problem.stuff, start=1)))
+    yield from _block("Mesh", _mesh(problem, named))
+    parts = range(1, len(problem.stuff) + 1)
+    yield from _block("MeshDomains", (f'<SolidDomain name="PART{i}" mat="M{i}"/>' for i in parts))
+    yield from _block("MeshData", _tables(problem))
+    yield from _block("Boundary", _boundary(problem))
+    if np.any(problem.forces):
+        load = '<nodal_load name="load" type="nodal_force" node_set="loaded">'
+        yield from _block("Loads", (load, '<value lc="1" type="map">forces</value>', "</nodal_load>"))
+    yield from _block("LoadData", _course(problem.shares))
+    yield from ("<Output>", "<logfile>", '<node_data data="ux;uy;uz" delim="," file="u.csv"/>', "</logfile>")
+    yield from ('<plotfile type="febio">', '<var type="displacement"/>', "</plotfile>", "</Output>", "</febio_spec>")
+
+
+def _block(name: str, lines: Iterator[str] | Sequence[str]) -> Iterator[str]:
+    """Lines in an element; nothing of none."""
+    if inner := list(lines):
+        yield from (f"<{name}>", *inner, f"</{name}>")
+
+
+def _control(problem: Problem) -> Iterator[str]:
+    yield from ("<Control>", "<analysis>STATIC</analysis>", f"<time_steps>{STEPS * len(problem.shares)}</time_steps>")
+    yield from (f"<step_size>{1 / STEPS:g}</step_size>", '<solver type="solid">')
+    yield from ("<dtol>1e-9</dtol>", "<etol>0</etol>", "<rtol>0</rtol>")  # of the last step; nothing of the others
+    yield from ("<max_refs>50</max_refs>", '<qn_method type="BFGS">', "<max_ups>0</max_ups>", "</qn_method>")
+    yield from ("</solver>", "</Control>")
+
+
+def _material(number: int, stuff: Stuff) -> str:
+    constants = f"<E>{stuff.constants['young']!r}</E><v>{stuff.constants['poisson']!r}</v>"
+    density = f"<density>{1e-6 * (stuff.density or 0.0)!r}</density>"  # g/mm^3
+    return f'<material id="{number}" name="M{number}" type="{LAWS[stuff.law]}">{density}{constants}</material>'
+
+
+def _mesh(problem: Problem, named: Named) -> Iterator[str]:
+    yield '<Nodes name="all">'
+    for i, p in enumerate((MM * problem.points).tolist(), start=1):
+        yield f'<node id="{i}">{_row(p)}</node>'
+    yield "</Nodes>"
+    for number, stuff in enumerate(problem.stuff, start=1):
+        yield f'<Elements type="{problem.element}" name="PART{number}">'
+        for own, cell in zip((stuff.cells + 1).tolist(), (problem.cells[stuff.cells] + 1).tolist(), strict=True):
+            yield f'<elem id="{own}">{_row(cell)}</elem>'
+        yield "</Elements>"
+    for name, nodes in _sets(problem).items():
+        yield f'<NodeSet name="{name}">{_row((nodes + 1).tolist())}</NodeSet>'
+    for i, (name, nodes) in enumerate(named.supports.items(), start=1):
+        plain = re.sub(r"[^A-Za-z0-9]", "_", visible(name))
+        yield f'<NodeSet name="S{i}_{plain}">{_row((nodes + 1).tolist())}</NodeSet>'
+
+
+def _row(values: Sequence[float]) -> str:
+    return ",".join(map(repr, values))
+
+
+def _sets(problem: Problem) -> dict[str, Ints]:
+    """Nodes that are held in each direction, moved, and loaded; none that are empty."""
+    found = {}
+    for c in range(3):
+        own = problem.held[:, 1] == c
+        found[f"held_{AXES[c]}"] = problem.held[own & (problem.values == 0.0), 0]
+        found[f"moved_{AXES[c]}"] = problem.held[own & (problem.values != 0.0), 0]
+    found["loaded"] = np.flatnonzero(problem.forces.any(axis=1))
+    return {name: nodes for name, nodes in found.items() if len(nodes)}
+
+
+def _tables(problem: Problem) -> Iterator[str]:
+    """Forces, and displacements of what is moved, by the place of nodes in their sets."""
+    for name, nodes in _sets(problem).items():
+        if name == "loaded":
+            yield from _table("forces", name, "vec3", UN * problem.forces[nodes])
+        elif name.startswith("moved"):
+            own = (problem.held[:, 1] == AXES.index(name[-1])) & (problem.values != 0.0)
+            yield from _table(name, name, "scalar", MM * problem.values[own][:, None])
+
+
+def _table(name: str, nodes: str, kind: str, rows: Floats) -> Iterator[str]:
+    yield f'<NodeData name="{name}" node_set="{nodes}" data_type="{kind}">'
+    yield from (f'<node lid="{i}">{_row(own)}</node>' for i, own in enumerate(rows.tolist(), start=1))
+    yield "</NodeData>"
+
+
+def _boundary(problem: Problem) -> Iterator[str]:
+    for name in _sets(problem):
+        kind, _, axis = name.partition("_")
+        if kind == "held":
+            yield f'<bc name="{name}" type="zero displacement" node_set="{name}">'
+            yield from (f"<{c}_dof>{int(c == axis)}</{c}_dof>" for c in AXES)
+            yield "</bc>"
+        elif kind == "moved":
+            yield f'<bc name="{name}" type="prescribed displacement" node_set="{name}">'
+            yield from (f"<dof>{axis}</dof>", f'<value lc="1" type="map">{name}</value>', "<relative>0</relative>")
+            yield "</bc>"
+
+
+def _course(shares: Sequence[float]) -> Iterator[str]:
+    """The share of the load at time k is that of state k."""
+    yield from ('<load_controller id="1" name="course" type="loadcurve">', "<interpolate>LINEAR</interpolate>")
+    yield from ("<points>", *(f"<pt>{k},{s!r}</pt>" for k, s in enumerate((0.0, *shares))), "</points>")
+    yield "</load_controller>"

@@ -1,0 +1,102 @@
+"""MuJoCo (.xml, MJCF of version 4): a flex of linear tetrahedra in motion, in SI; its adapter steps this very model.
+
+A body with slides for each node, without those of what is held; weight is `gravity`, what is left of the forces on
+nodes, and damping in proportion to the mass, are actuators whose bias is F - a m v. How long a motion lasts has no
+word there: a comment says how many steps it has. Of the analysis' integrator it has none either: `discrete` solves one
+system a step, `Euler` none.
+Source: its documentation, XML reference: flex/elasticity, actuator/general; Computation: Integrators.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.external_problem import Floats, Motion, Problem
+
+Bools = NDArray[np.bool_]
+FILE = "model.xml"
+LAW = "st_venant_kirchhoff"
+AXES = ("1 0 0", "0 1 0", "0 0 1")
+SMALL = 1e-9  # kg m^2: inertia of a node that never turns, which its compiler wants
+ROUNDING = 1e-12  # of the greatest force: what is left beside a weight
+
+
+def refuses(problem: Problem) -> list[tuple[str, str]]:
+    """What of a problem it does not have, or not as it is meant."""
+    found = [] if problem.element == "tet4" else [(problem.element, "its solids are of linear tetrahedra")]
+    if problem.strain != "finite":
+        found.append((f"strain = {problem.strain}", "its solids are of finite strain"))
+    if len(problem.stuff) > 1:
+        found.append(("several materials", "a flex has one"))
+    laws = dict.fromkeys(stuff.law for stuff in problem.stuff if stuff.law != LAW)
+    return [*found, *((law, f"a flex has Young's modulus, Poisson's ratio and one law: {LAW}") for law in laws)]
+
+
+def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+    """The model."""
+    assert problem.motion is not None
+    (folder / FILE).write_text(deck(problem, problem.motion) + "\n", encoding="ascii")
+    return [FILE]
+
+
+def deck(problem: Problem, motion: Motion) -> str:
+    """The model in its own language."""
+    (stuff,) = problem.stuff
+    count, free = len(problem.points), ~problem.is_held
+    g, rest = weighed(problem.forces, motion.masses)
+    names = " ".join(f"n{i}" for i in range(count))
+    cells = " ".join(map(str, problem.cells.ravel().tolist()))
+    integrator = "Euler" if motion.explicit else "discrete"
+    iterations = "" if motion.iterations is None else f' iterations="{motion.iterations}"'
+    return f"""<mujoco>
+<!-- units: m, kg, s; the motion has {motion.count} steps -->
+<option timestep="{motion.step!r}" integrator="{integrator}" gravity="{row(g)}"{iterations}>
+<flag contact="disable" autoreset="disable"/></option>
+<worldbody>{"".join(nodes(problem.points, motion.masses, free))}</worldbody>
+<deformable><flex name="body" dim="3" radius="0" body="{names}" vertex="{"0 0 0 " * count}"
+element="{cells}"><contact contype="0" conaffinity="0" selfcollide="none"/>
+<elasticity young="{stuff.constants["young"]!r}" poisson="{stuff.constants["poisson"]!r}"
+damping="{motion.damping_stiffness!r}"/></flex></deformable>
+<actuator>{"".join(forces(rest, motion.damping_mass * motion.masses, free))}</actuator>
+</mujoco>"""
+
+
+def weighed(forces: Floats, masses: Floats) -> tuple[Floats, Floats]:
+    """Gravity (3,), m/s^2, as most nodes have it, and what else acts on nodes (n, 3), N: F = m g + the rest."""
+    g = np.median(forces / masses[:, None], axis=0)
+    rest = forces - masses[:, None] * g
+    rest[np.abs(rest) <= ROUNDING * np.abs(forces).max(initial=0.0)] = 0.0
+    return g, rest
+
+
+def row(values: Floats) -> str:
+    """Numbers with spaces between them, to the last digit."""
+    return " ".join(map(repr, values.tolist()))
+
+
+def nodes(points: Floats, masses: Floats, free: Bools) -> Iterator[str]:
+    """A body for every node, with a slide for each component that is free (n, 3)."""
+    for i, (X, mass) in enumerate(zip(points, masses.tolist(), strict=True)):
+        slides = "".join(
+            f'<joint name="n{i}{"xyz"[k]}" type="slide" axis="{axis}"/>' for k, axis in enumerate(AXES) if free[i, k]
+        )
+        inertia = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{SMALL} {SMALL} {SMALL}"/>'
+        yield f'<body name="n{i}" pos="{row(X)}">{inertia}{slides}</body>'
+
+
+def forces(rest: Floats, drag: Floats, free: Bools) -> Iterator[str]:
+    """What acts on nodes beside their weight (n, 3), N, and what slows them down (n,), N s/m."""
+    for i, k in np.argwhere(free & ((rest != 0.0) | (drag != 0.0)[:, None])).tolist():
+        yield pushed(f"n{i}{'xyz'[k]}", float(rest[i, k]), float(drag[i]))
+
+
+def pushed(joint: str, force: float, drag: float) -> str:
+    """An actuator of a joint that nothing controls."""
+    return f'<general joint="{joint}" gainprm="0" biastype="affine" biasprm="{force!r} 0 {-drag!r}"/>'

@@ -1,0 +1,51 @@
+"""What of a model has a name in its scene: materials, supports and loads, as cells, nodes, facets and forces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.models.shared.loaded_surface import surface_of
+from softmark.interpreter.models.shared.support_constraints import selected
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+
+@dataclass(frozen=True)
+class Named:
+    """By their names: the cells (k,) of materials, the nodes (k,) of supports, the forces (n, 3), N, of loads.
+
+    `facets` (k, a) are those of the mesh's boundary that a support holds all nodes of, or that a load acts on.
+    """
+
+    parts: Mapping[str, Ints]
+    supports: Mapping[str, Ints]
+    loads: Mapping[str, Floats]
+    facets: Mapping[str, Ints]
+
+
+def named_of(prepared: PreparedSolid, case: Case) -> Named:
+    """Of a prepared model. Raises Fault."""
+    mesh, every = prepared.mesh, np.arange(len(prepared.mesh.cells), dtype=np.int64)
+    names = [case.body.name, *(part.name for part in case.parts)]
+    parts = {names[own.number]: every[own.which] for own in prepared.pieces}
+    supports = {s.name: np.flatnonzero(selected(case, s, mesh)) for s in case.named_supports}
+    facets = {name: _whole(mesh, nodes) for name, nodes in supports.items()}
+    for load in case.loads:
+        if (where := getattr(load.thing.action, "where", None)) is not None:
+            facets[load.name] = np.unique(surface_of(case, load, where, mesh).touched, axis=0)
+    return Named(parts, supports, {load.name: f for load, f in prepared.forces()}, facets)
+
+
+def _whole(mesh: Mesh, nodes: Ints) -> Ints:
+    """Facets of the boundary all of whose nodes are among some."""
+    inside = np.zeros(len(mesh.points), dtype=np.bool_)
+    inside[nodes] = True
+    found: Ints = mesh.facets[inside[mesh.facets].all(axis=1)]
+    return found

@@ -1,0 +1,233 @@
+"""PolyFEM (.json, json-specs/input-spec.json of 2024 and later): a deck as text, which has not been run here.
+
+In SI. Linear tetrahedra, or quadratic ones that are straight: the mesh beside it is of corners, in
+`exporters/gmsh_exporter.py`'s words, whose volumes are its materials, and `discr_order` makes the rest. Surfaces are
+selected by spheres around the
+middles of facets, a number for each set of conditions on them. Displacements are of whole facets; loads are a body
+force of all materials, `rhs`, which is what it is taken from, so that gravity g is written -g, and tractions on whole
+facets. A pressure, which at small strain keeps its direction, is told as the traction of each facet:
+`pressure_boundary` follows the body. What a load means is found of its forces on nodes, and refused where these are
+of neither.
+Source: its JSON specification, and docs/tutorials/getting_started.md; laws as in LinearElasticity.cpp,
+SaintVenantElasticity.cpp and NeoHookeanElasticity.cpp.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.models.external.adapters import PROGRAMS
+from softmark.interpreter.models.external.exporters import gmsh_exporter
+from softmark.records import dataclass
+from softmark.solvers.elements.tet10 import EDGES
+from softmark.solvers.mesh.mesh import Mesh
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.exporters.named_parts import Named
+    from softmark.interpreter.models.external.external_problem import Floats, Ints, Problem
+
+FILE = "model.json"
+ANSWER, STATISTICS = "answer.vtu", "statistics.json"
+LAWS = {"linear_elastic": "LinearElasticity", "neo_hookean": "NeoHookean", "st_venant_kirchhoff": "SaintVenant"}
+ORDERS = {"tet4": 1, "tet10": 2}
+SAME = 1e-9  # of the greatest: how far forces and places may be from those that are told
+
+
+def refuses(problem: Problem) -> list[tuple[str, str]]:
+    """What of a problem it does not have, or not as it is meant."""
+    if problem.element not in ORDERS:
+        return [(problem.element, f"its quadrature may be another; tried are {', '.join(ORDERS)}")]
+    found = []
+    if (why := PROGRAMS["polyfem"].save.get((problem.element, problem.strain))) is not None:
+        found.append((f"{problem.element} at {problem.strain} strain", why))
+    if problem.element == "tet10" and not _straight(problem):
+        found.append(("curved edges", "its mesh is told by corners"))
+    if len(problem.shares) > 1:
+        found.append(("several states", "its loads are those of one"))
+    for stuff in problem.stuff:
+        if stuff.law not in LAWS:
+            found.append((stuff.law, f"of ours it has {', '.join(LAWS)}"))
+    if _held(problem, _facets(problem)) is None:
+        found.append(("the supports", "it holds whole facets, and by the same all over each"))
+    return found
+
+
+def lost(problem: Problem, named: Named) -> list[tuple[str, str]]:
+    """Loads that are neither a force on all of the body nor a traction on whole facets."""
+    facets = _facets(problem)
+    why = "its forces are on all of the body, or uniform tractions or pressures on whole facets"
+    acting = {name: _acting(problem, named, name, facets) for name in named.loads}
+    found = [(f"load `{name}`", why) for name, own in acting.items() if own is None]
+    told = sum(named.loads.values(), np.zeros_like(problem.points))
+    return found if found or _same(told, problem.forces) else [("the loads", why)]
+
+
+def export(problem: Problem, named: Named, folder: Path) -> list[str]:
+    """The mesh, and the deck."""
+    corners, names = _corners(problem, named)
+    mesh = gmsh_exporter.export(corners, names, folder)
+    text = json.dumps(deck(problem, named), indent=1)
+    (folder / FILE).write_text(text + "\n", encoding="ascii")
+    return [FILE, *mesh]
+
+
+def deck(problem: Problem, named: Named) -> dict[str, Any]:
+    """What the deck says, of a problem that is not refused and of which nothing is lost."""
+    facets = _facets(problem)
+    held = _held(problem, facets)
+    assert held is not None
+    body, tractions = np.zeros(3), np.zeros((len(facets), 3))
+    for name in named.loads:
+        own = _acting(problem, named, name, facets)
+        assert own is not None
+        body, tractions = body + own.body, tractions + own.tractions
+    most = np.abs(tractions).max(initial=np.finfo(float).tiny)
+    tractions = np.round(tractions / most, 12) * most + 0.0  # those that rounding makes two are one
+    kinds = np.concatenate([np.nan_to_num(held, nan=np.inf), tractions], axis=1)
+    which, numbers = np.unique(kinds, axis=0, return_inverse=True)
+    numbers = numbers.reshape(-1) + 1
+    plain = (np.isinf(which[:, :3]) & (which[:, 3:] == 0.0)).all(axis=1)
+    acted = {number: own for number, own in enumerate(which.tolist(), start=1) if not plain[number - 1]}
+    return {
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "geometry": [_geometry(problem, facets, numbers, acted)],
+        "materials": [_material(i, problem) for i in range(len(problem.stuff))],
+        "space": {"discr_order": ORDERS[problem.element]},
+        "boundary_conditions": _conditions(body, acted),
+        "output": {"json": STATISTICS, "paraview": {"file_name": ANSWER}},
+    }
+
+
+def _conditions(body: Floats, acted: Mapping[int, list[float]]) -> dict[str, Any]:
+    """Of sets of facets by their numbers: displacements (3 of them, inf where it is free), and tractions."""
+    dirichlet, neumann = [], []
+    for number, own in acted.items():
+        dimension = [bool(np.isfinite(value)) for value in own[:3]]
+        if any(dimension):
+            values = [value if held else 0.0 for value, held in zip(own[:3], dimension, strict=True)]
+            dirichlet.append({"id": number, "value": values, "dimension": dimension})
+        if any(own[3:]):
+            neumann.append({"id": number, "value": own[3:]})
+    found: dict[str, Any] = {"rhs": (0.0 - body).tolist()} if body.any() else {}
+    return (
+        found
+        | ({"dirichlet_boundary": dirichlet} if dirichlet else {})
+        | ({"neumann_boundary": neumann} if neumann else {})
+    )
+
+
+def _geometry(problem: Problem, facets: Ints, numbers: Ints, acted: Mapping[int, Any]) -> dict[str, Any]:
+    """The mesh, by the numbers of its volumes, and spheres around the middle of one facet and of no other."""
+    X = problem.points[facets[:, :3]]
+    middles, short = X.mean(axis=1), np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2).min(axis=1)
+    spheres = [{"id": number, "center": middle, "radius": 1e-3 * edge}
+               for number, middle, edge in zip(numbers.tolist(), middles.tolist(), short.tolist(), strict=True)
+               if number in acted]  # fmt: skip
+    return {"mesh": gmsh_exporter.FILE, "volume_selection": {"id_offset": 0}, "surface_selection": spheres}
+
+
+def _material(index: int, problem: Problem) -> dict[str, Any]:
+    stuff = problem.stuff[index]
+    return {"id": index + 1, "type": LAWS[stuff.law], "E": stuff.constants["young"], "nu": stuff.constants["poisson"],
+            "rho": stuff.density or 0.0}  # fmt: skip
+
+
+# ------------------------------------------------------------------ what is meant
+
+
+@dataclass(frozen=True)
+class Acting:
+    """What a load is: an acceleration of the body (3,), m/s^2, and tractions on facets (f, 3), Pa."""
+
+    body: Floats
+    tractions: Floats
+
+
+def _acting(problem: Problem, named: Named, name: str, facets: Ints) -> Acting | None:
+    """What the forces of a load on nodes are; None where they are nothing that can be told."""
+    F, none = named.loads[name], Acting(np.zeros(3), np.zeros((len(facets), 3)))
+    if not F.any():
+        return none
+    if name not in named.facets:
+        w = _weights(problem)
+        a = F.sum(axis=0) / w.sum() if w.sum() else np.zeros(3)
+        return replace(none, body=a) if _same(w[:, None] * a, F) else None
+    touched = {tuple(sorted(own)) for own in named.facets[name][:, :3].tolist()}
+    on = np.array([tuple(sorted(own)) in touched for own in facets[:, :3].tolist()])
+    areas = _areas(problem, facets) * on[:, None]
+    uniform = np.where(on[:, None], F.sum(axis=0) / np.linalg.norm(areas, axis=1).sum(), 0.0)
+    whole = _spread(problem, facets, areas)
+    pressed = areas / np.maximum(np.linalg.norm(areas, axis=1), np.finfo(float).tiny)[:, None]
+    for tractions in (uniform, float((F * whole).sum() / (whole * whole).sum()) * pressed):
+        if _same(_spread(problem, facets, tractions * np.linalg.norm(areas, axis=1)[:, None]), F):
+            return replace(none, tractions=tractions)
+    return None
+
+
+def _same(one: Floats, other: Floats) -> bool:
+    return bool(np.abs(one - other).max(initial=0.0) <= SAME * np.abs(other).max(initial=0.0))
+
+
+def _weights(problem: Problem) -> Floats:
+    """Masses that a body force acts by at nodes (n,), kg: a linear shape function has 1/4 of a cell, a quadratic one
+    -1/20 at a corner and 1/5 between two.
+    """
+    found, corners = np.zeros(len(problem.points)), Mesh(problem.points, problem.cells[:, :4])
+    shares = np.full(4, 0.25) if problem.element == "tet4" else np.array([-0.05] * 4 + [0.2] * 6)
+    for stuff in problem.stuff:
+        masses = (stuff.density or 0.0) * corners.volumes[stuff.cells]
+        np.add.at(found, problem.cells[stuff.cells], masses[:, None] * shares)
+    return found
+
+
+def _spread(problem: Problem, facets: Ints, forces: Floats) -> Floats:
+    """At nodes (n, 3), of forces that are uniform on facets (f, 3): in thirds of corners, or of middles of edges."""
+    found, own = np.zeros_like(problem.points), facets[:, -3:]
+    np.add.at(found, own, forces[:, None, :] / 3.0)
+    return found
+
+
+def _areas(problem: Problem, facets: Ints) -> Floats:
+    """Of facets, outwards (f, 3), m^2."""
+    X = problem.points[facets[:, :3]]
+    found: Floats = 0.5 * np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
+    return found
+
+
+def _facets(problem: Problem) -> Ints:
+    """Of the boundary (f, 3 or 6), outwards."""
+    return Mesh(problem.points, problem.cells, problem.element).facets
+
+
+def _held(problem: Problem, facets: Ints) -> Floats | None:
+    """By how much whole facets are held (f, 3), m, NaN where they are free; None where that is not what is held."""
+    values = np.full(problem.points.shape, np.nan)
+    values[tuple(problem.held.T)] = problem.values
+    on = values[facets]
+    found = np.where((on == on[:, :1]).all(axis=1), on[:, 0], np.nan)  # NaN is never equal
+    covered = np.zeros(values.shape, dtype=np.bool_)
+    for own, held in zip(facets, np.isfinite(found), strict=True):
+        covered[own] |= held
+    return found if np.array_equal(covered, np.isfinite(values)) else None
+
+
+def _straight(problem: Problem) -> bool:
+    X = problem.points[problem.cells]
+    return _same(X[:, np.array(EDGES)].mean(axis=2), X[:, 4:])
+
+
+def _corners(problem: Problem, named: Named) -> tuple[Problem, Named]:
+    """The same with the corners alone, numbered anew."""
+    used, cells = np.unique(problem.cells[:, :4], return_inverse=True)
+    number = np.full(len(problem.points), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    facets = {name: number[own[:, :3]] for name, own in named.facets.items()}
+    supports = {name: number[np.intersect1d(own, used)] for name, own in named.supports.items()}
+    mesh = replace(problem, points=problem.points[used], cells=cells.reshape(-1, 4).astype(np.int64), element="tet4")
+    return mesh, replace(named, facets=facets, supports=supports)

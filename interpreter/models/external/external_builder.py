@@ -1,0 +1,294 @@
+"""Solving by another program, and looking at what it found: everything here is arrays."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, cast
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.external import external_process
+from softmark.interpreter.models.external.adapters import adapter
+from softmark.interpreter.models.external.exporters.named_parts import named_of
+from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_dynamics import motion_of, shown, times_of
+from softmark.interpreter.models.external.external_problem import Answer, Motion, NoAnswer, NotSettled, Problem
+from softmark.interpreter.models.external.external_process import End
+from softmark.interpreter.models.external.external_program import GB, Asked
+from softmark.interpreter.models.external.problem_transfer import Untold, told
+from softmark.interpreter.models.fem import fem_builder as fem
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.models.postprocessing import vibrations
+from softmark.interpreter.models.shared.deformed_mesh import in_motion
+from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Spent, Status, Workshop
+from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.residual_resultant import out_of_balance
+from softmark.solvers.statics.static_equilibrium import Equilibrium
+
+if TYPE_CHECKING:
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+BALANCED = 1e-4  # of the larger of loads and reactions: what may be left of a program's answer in our equations
+HELD = 1e-6  # of the greatest displacement: how far a node that is held may be from where it is held
+VAGUE = 0.1  # of the loads: where the digits of an answer leave more, a wrong one is not told from a right one
+TOLD = 3.0  # times what the digits of an answer leave, as one draw of their rounding has it
+OURS = ("iterations", "steps", "history", "started")  # facts of how we would have solved it
+NOT_KNOWN = "another program solved it, and of the stiffness in its state nothing is known"
+
+
+@dataclass(frozen=True)
+class PreparedOutside:
+    """A model of ours on the same mesh, which is told to a program, and judges what that answers."""
+
+    model: Asked
+    declared: Declared
+    case: Case
+    solid: PreparedSolid
+    lost: ClassVar[Status] = "not_converged"  # where the program says itself that it found nothing
+    unsettled: ClassVar[str] = "{title} says so itself: {why}"
+
+    @property
+    def size(self) -> Mapping[str, int]:
+        """nodes, elements, dofs."""
+        return self.solid.size
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Warnings about the mesh."""
+        return self.solid.notes
+
+    @property
+    def mesh(self) -> Mesh:
+        """Ours, which it is told."""
+        return self.solid.mesh
+
+    @property
+    def assembly(self) -> Assembly:
+        """Ours."""
+        return self.solid.assembly
+
+    @property
+    def points(self) -> Floats:
+        """Nodes (n, 3), m."""
+        return self.solid.points
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at the nodes (n, 3), N."""
+        return self.solid.forces()
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+        return self.solid.outside(X)
+
+    def warm(self) -> None:
+        """Compile or load what looking at its answer needs."""
+        self.solid.warm()
+
+    def after(self, before: Moved) -> PreparedOutside:
+        """It starts from rest."""
+        return self
+
+    def asked(self) -> Problem:
+        """What the program is told. Raises Untold, Fault."""
+        problem = told(self.solid, self.case)
+        return replace(problem, named=named_of(self.solid, self.case)) if self.model.told.by_name else problem
+
+    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+        """Displacements (n, 3) under full load, m. Raises NoAnswer where they are none."""
+        found: Floats = states(answer, problem, len(problem.shares))[-1]
+        return found
+
+    def solve(self, watch: Watch) -> Solution:
+        """What the program answers, where it can be asked, is there, and its answer stands up to our equations."""
+        known: dict[str, Any] = {"program": self.model.told.title}
+        program = adapter(self.model.program)
+        if (version := program.version()) is None:
+            return Solution("skipped", f"{self.model.told.title} is not installed: {program.install}", known)
+        try:
+            problem = self.asked()
+        except Untold as untold:
+            return Solution("unsupported", self.model.words_of(untold.reasons), known)
+        if reasons := program.refuses(problem):
+            return Solution("unsupported", self.model.words_of(reasons), known)
+        known["program"] = f"{self.model.told.title} {version}"
+        with tempfile.TemporaryDirectory(prefix="softmark-outside-", ignore_cleanup_errors=True) as folder:
+            return self._asked(program, problem, Path(folder), known)
+
+    def _asked(self, program: Any, problem: Problem, folder: Path, known: dict[str, Any]) -> Solution:
+        """What comes of asking a program that is there."""
+        program.write(problem, folder)
+        model = self.model
+        end = external_process.run(program.command(folder), folder, model.time, model.memory * GB, model.threads)
+        known = known | {"process": {"wall_s": end.wall_s, "cpu_s": end.cpu_s}}
+        try:
+            answer, u = self._read(program, problem, folder, end)
+        except NotSettled as why:
+            return Solution(self.lost, self.unsettled.format(title=model.told.title, why=why), known)
+        except NoAnswer as none:
+            return Solution("failed", f"{model.told.title}: {none}", known)
+        spent = spent_by(answer, end, model.threads)
+        known = known | {"clock": dict(answer.clocks), "says": answer.said or None}
+        known |= {} if answer.iterations is None else {"iterations": answer.iterations}
+        return replace(self._judged(answer, u, problem, known), spent=spent)
+
+    def _read(self, program: Any, problem: Problem, folder: Path, end: End) -> tuple[Answer, Floats]:
+        """What it has left, and what is looked at. Raises NoAnswer, NotSettled: of one that died too, if it said so."""
+        if end.how not in ("done", "died"):
+            raise NoAnswer(end.message)
+        try:
+            answer = program.read(folder)
+            u = self.looked_at(answer, problem)
+        except NotSettled:
+            raise
+        except NoAnswer as none:
+            words = f"; {end.words}" if end.last else ""
+            raise NoAnswer(end.message if end.how == "died" else f"{none}{words}") from none
+        if end.how == "died":
+            raise NoAnswer(end.message)
+        return answer, u
+
+    # ------------------------------------------------------------------ judging
+
+    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+        """What our equations say of its displacements u (n, 3), m."""
+        title, x = self.model.told.title, u.ravel()
+        held, values = 3 * problem.held[:, 0] + problem.held[:, 1], problem.values
+        moved = max(float(np.abs(u).max(initial=0.0)), float(np.abs(values).max(initial=0.0)))
+        slipped = float(np.abs(x[held] - values).max(initial=0.0))
+        if slipped > max(HELD, TOLD * answer.rounding) * moved:
+            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+        x = x.copy()
+        x[held] = values  # to the last digit
+        fixed = self.solid.problem.fixed
+        with np.errstate(all="ignore"):
+            residual = out_of_balance(self.assembly, x, fixed)
+            told = self._of_rounding(answer, x, residual)
+        known |= {"residual": residual, "residual_of_rounding": told}
+        allowed = BALANCED + TOLD * told
+        if answer.settled is False:
+            return Solution("not_converged", f"{title} says so itself: {answer.said or 'no reason is given'}", known)
+        if told > VAGUE:
+            words = f"its digits alone leave {told:.1e} of the loads in our equations, which tell nothing then"
+            return Solution("not_converged", f"{title} answers too few digits: {words}", known)
+        if not residual <= allowed:
+            return Solution("not_converged", self._unbalanced(residual, allowed), known)
+        state = Equilibrium(x, residual, (), 1, stable=None, linear_solver=f"that of {title}")
+        return self._finished(self.solid.finish(state), known)
+
+    def _unbalanced(self, residual: float, allowed: float) -> str:
+        title = self.model.told.title
+        if not np.isfinite(residual):
+            return f"the displacements of {title} are no state of our law: cells are inside out"
+        return (
+            f"put into our equations, the displacements of {title} leave {residual:.1e} of the loads, and no more than "
+            f"{allowed:.1e} is taken for an equilibrium"
+        )
+
+    def _of_rounding(self, answer: Answer, x: Floats, residual: float) -> float:
+        """How much of the loads the digits of an answer leave: of one draw of their rounding, always the same."""
+        if not answer.rounding or not np.isfinite(residual):
+            return 0.0
+        drawn = np.random.default_rng(0).uniform(-1.0, 1.0, len(x)) * answer.rounding * np.abs(x)
+        fixed = self.solid.problem.fixed
+        drawn[fixed] = 0.0
+        apart = out_of_balance(self.assembly, x + drawn, fixed, self.assembly.gradient(x, 1.0))
+        return apart if np.isfinite(apart) else 0.0
+
+    def _finished(self, found: Solution, known: dict[str, Any]) -> Solution:
+        """Our words for the state, without those of how we would have solved it."""
+        ours = {n: v for n, v in found.facts.items() if n not in OURS}
+        facts = {**ours, **known, "stable": None}
+        facts |= {"criterion": "residual in our equations, of displacements that another program found"}
+        return replace(found, facts=facts, vibrations=vibrations.none(NOT_KNOWN))
+
+
+@dataclass(frozen=True)
+class PreparedMoving(PreparedOutside):
+    """A body that a program moves; `solid` is the same of ours, at rest, which knows its mesh and its loads."""
+
+    motion: Motion
+    lost: ClassVar[Status] = "diverged"
+    unsettled: ClassVar[str] = "what {title} makes is no motion of the body: {why}; give it a shorter `step`"
+
+    @property
+    def assembly(self) -> Any:
+        """None: that is of a state of rest alone."""
+        return None
+
+    def asked(self) -> Problem:
+        """What the program is told. Raises Untold."""
+        return told(self.solid, self.case, motion=self.motion)
+
+    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+        """Displacements (t, n, 3) after the steps that were asked for, m. Raises NoAnswer where they are none."""
+        return states(answer, problem, len(self.motion.after))
+
+    def _judged(self, answer: Answer, u: Floats, problem: Problem, known: dict[str, Any]) -> Solution:
+        """Whether what is held stays is all that is asked of them: their model is their own."""
+        moved = problem.held[:, 1] < 3  # the others are turns of sections
+        node, component = problem.held[moved].T
+        slipped = float(np.abs(u[:, node, component] - problem.values[moved]).max(initial=0.0))
+        title, known = self.model.told.title, known | {"means": self.model.told.moves, "steps": self.motion.count}
+        if slipped > HELD * float(np.abs(u).max(initial=0.0)):
+            return Solution("failed", f"{title}: what is held is {slipped:.2g} m from where it is held", known)
+        return shown(self.motion, answer, self.seen(answer, u), known)
+
+    def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
+        """How points move, `course`, where they end, and the mesh, from displacements of nodes u (t, n, 3), m."""
+        return in_motion(self.mesh, times_of(self.motion), u)
+
+
+def states(answer: Answer, problem: Problem, count: int) -> Floats:
+    """Displacements (count, n, 3), m. Raises NoAnswer where they are none."""
+    u = np.asarray(answer.u)
+    wanted = (count, *problem.points.shape)
+    if u.shape != wanted:
+        raise NoAnswer(f"its result has displacements of shape {u.shape}, and {wanted} are asked for")
+    if not np.all(np.isfinite(u)):
+        raise NoAnswer(f"{int((~np.isfinite(u)).sum())} of its {u.size} displacements are no numbers")
+    found: Floats = np.asarray(u, dtype=np.float64)
+    return found
+
+
+def spent_by(answer: Answer, end: End, threads: int) -> Spent:
+    """Its time of solution by its own clock, or else that of all that it did, or of its whole process, as a bound."""
+    cpu = end.wall_s if end.cpu_s is None else end.cpu_s  # of all
+    solve, whole = answer.clocks.get("solve_s"), answer.clocks.get("whole_s")
+    if solve is not None and 0.0 <= solve <= end.wall_s:
+        return Spent(solve, min(cpu, threads * solve), False)
+    if whole is not None and 0.0 <= whole <= end.wall_s:
+        return Spent(whole, cpu, True)
+    return Spent(end.wall_s, cpu, True)
+
+
+def load(model: Outside) -> None:
+    """Import what building needs."""
+    fem.load(model.solid)
+
+
+def prepare(model: Outside, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The same of ours, at rest, to be told and to judge; nothing where the program cannot compute it. Raises Fault."""
+    if reasons := model.reasons(case):
+        return Unbuilt(model.words_of(reasons), "unsupported")
+    if isinstance(case.analysis, Dynamic):
+        return cast(Prepared, moving(model, declared, case, workshop))
+    solid, _ = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    return cast(Prepared, PreparedOutside(model, declared, case, solid))
+
+
+def moving(model: Outside, declared: Declared, case: Case, workshop: Workshop) -> PreparedMoving:
+    """A body in motion, to be told: its case has a dynamic analysis. Raises Fault."""
+    solid, parts = fem.at_rest(model.solid, replace(declared, thing=model.solid), case, workshop)
+    masses = fem.mass_of(model.solid, case, solid.mesh, parts)[::3]
+    return PreparedMoving(model, declared, case, solid, motion_of(model, cast(Dynamic, case.analysis), masses))

@@ -1,0 +1,170 @@
+"""Models that other programs solve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.interpreter.models.external import problem_transfer
+from softmark.interpreter.models.external.adapters import PROGRAMS
+from softmark.interpreter.models.external.external_program import Asked
+from softmark.interpreter.models.external.problem_transfer import Reason
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.vocabulary.load_words import PerLength
+from softmark.records import dataclass
+from softmark.solvers.materials import MATERIALS
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.interpreter.problem.conforming_mesh import Cuts
+    from softmark.interpreter.results.run_report import ModelKind
+    from softmark.solvers.mesh.shape import Shape
+
+    Word = str
+else:
+    Word = Literal[tuple(PROGRAMS)]
+
+
+@dataclass(frozen=True)
+class Outside(Asked):
+    """Finite elements that another program solves: judged as ours are, on the same mesh, under the same loads.
+
+    The mesh, what supports hold and the forces on its nodes are those of `fem(...)` of the same element, size and
+    strain. What is solved, and how, is the program's: its element, its quadrature, its law, its solver. It runs in a
+    process of its own, with limits on time, memory and what it may say, and with one thread unless more are asked for.
+    Nothing of it is imported here.
+
+    `calculix` has tet4, tet10, hex8 and hex20; at finite strain st_venant_kirchhoff, neo_hookean_isochoric,
+    mooney_rivlin and yeoh. `felupe` has all five elements; neo_hookean and neo_hookean_isochoric, in bodies of one
+    material. `scikit_fem` has all but hex20, and small strain alone; `ngsolve` has tet4 and tet10, and small strain
+    alone. `dolfinx` has all but hex20; st_venant_kirchhoff, neo_hookean, neo_hookean_isochoric, stable_neo_hookean,
+    mooney_rivlin, yeoh, gent and fung; it is looked for in each `python3` on the PATH, or in the Python alone that the
+    variable SOFTMARK_DOLFINX_PYTHON names, and compiles its forms when it is set up. All are told of bodies at rest,
+    which supports hold at nodes, under loads that do not follow them.
+
+    `febio` has tet4 and hex8, and finite strain alone; `polyfem` tet4 and, at small strain, straight tet10, in which
+    whole facets are held, under weight and uniform tractions on whole facets; `sofa` tet4, in bodies of one material,
+    and supports that do not move. At finite strain all three have st_venant_kirchhoff and neo_hookean. They are told
+    what `dsl export` writes, and were never run where softmark is made: they are unchecked. Their decks are tested as
+    text, and what they answer on files that tests make as their sources write them.
+
+    `mujoco`, `newton_vbd` and `newton_xpbd` step through time, and take dynamic analyses alone, of tet4 at finite
+    strain. Their models are their own and are what is judged: what they compute is in the outline and in `solve.means`.
+    Steps are of `step`, with `iterations` where they iterate. Damping is that of the analysis; the integrator is the
+    program's, of MuJoCo explicit where the analysis' is. A motion is not put into our equations: references and other
+    models judge it. One whose steps end after a number of iterations, whatever is left, is `capped`.
+
+    What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
+    and W710 when the scene is checked. Where it is not installed it is `skipped`, and the message says how to install
+    it. Where it hangs, dies, floods its log, runs out of memory or leaves no answer or one that is no number, it is
+    `failed`, with its last words. Neither an exit status of 0 nor its own log is believed alone: its displacements are
+    put into our own equations, and where more than 1e-4 of the loads is left, beside what the digits of its answer can
+    say, it is `not_converged`; so it is where these digits leave more than a tenth. Reactions and stress are what our
+    law makes of its displacements; of its stability and of its error of discretisation nothing is known, which is
+    unchecked.
+
+    Its time of solution is by its own clock where it has one; where it has none, that of its whole process, which is
+    an upper bound and marked as one. Setting up, solving and files are told apart in the facts of the report.
+    """
+
+    recovers = False
+    graded = True  # said to be unsupported, as all else that has no words for others
+    directed = True
+    composite = True
+    bedded = True
+    touches = True
+    remembers = True
+    soaks = True
+    finely = ("size",)
+    loads = (*Model.loads, PerLength)
+
+    program: Annotated[Word, "whose solver"]
+    element: Annotated[str, "element", "the element, as of `fem(...)`: tet4, tet10, hex8, hex20 or hex27"]
+    strain: Annotated[Literal["small", "finite"], "how strain is measured"]
+    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+    time: Annotated[float, "s in (0, inf)", "wall-clock time after which it is stopped"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "GB of address space that it may have"] = 4.0
+    threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
+    step: Annotated[float | None, "s in (0, inf)", "its own step of a motion; that of the analysis if none"] = None
+    iterations: Annotated[int | None, "1 in [1, 100000]", "its iterations in a step; its own choice if none"] = None
+
+    @property
+    def ours(self) -> Fem:
+        """Finite elements on the same mesh."""
+        return self.solid
+
+    @property
+    def solid(self) -> Fem:
+        """Finite elements of ours on the same mesh: what its mesh, supports and loads are found by."""
+        mass: Any = "lumped" if self.told.moves else "consistent"
+        return Fem(self.element, self.strain, self.size, self.body, self.mesh, mass=mass)
+
+    @property
+    def constant(self) -> bool:  # type: ignore[override]
+        """Its stiffness never changes."""
+        return self.solid.constant
+
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
+
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """That of our law, from its displacements."""
+        return self.solid.stress_law
+
+    def orders(self) -> dict[str, int]:
+        """Those of the element."""
+        return self.solid.orders()
+
+    def mesh_key(self) -> tuple[Any, ...]:
+        """What two models of a body must agree in to share a mesh."""
+        return self.solid.mesh_key()
+
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words."""
+        return self.solid.mesh_words(case)
+
+    def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
+        """What its meshes must follow."""
+        return self.solid.cuts(case, shape)
+
+    def reasons(self, case: Case) -> list[Reason]:
+        """What of it the program cannot do exactly as the scene means it, and why."""
+        moves = bool(self.told.moves)
+        return [*problem_transfer.reasons(self.solid, case, moves), *self._of_program(case), *self.of_steps(case)]
+
+    def _of_program(self, case: Case) -> Iterator[Reason]:
+        program = self.told
+        if self.element not in program.elements:
+            yield f"element = {self.element}", f"its adapter has {', '.join(program.elements)}"
+        if (why := program.save.get((self.element, self.strain))) is not None:
+            yield f"{self.element} at {self.strain} strain", why
+        laws = program.laws.get(self.strain, ())
+        if not laws:
+            yield f"strain = {self.strain}", f"its adapter has strain = {' and '.join(program.laws)}"
+            return
+        for material in () if self.strain == "small" else case.materials:
+            law = next((word for word, kind in MATERIALS.items() if type(material) is kind), type(material).__name__)
+            if law not in laws:
+                yield f"the law {law}", f"in finite strain its adapter has {', '.join(laws)}"
+        if len(case.materials) > 1 and not program.several:
+            yield "several materials", "its adapter has one for the whole body"
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        means = f"; {self.told.moves}" if self.told.moves else ""
+        means += "" if self.told.tried else "; its adapter was never run with it"
+        return f"{self.told.title}: {self.solid.outline(case)}{means}"
+
+    def kind(self, case: Case) -> ModelKind | None:
+        """What it is but for its size."""
+        solid = self.solid.kind(case)
+        if solid is None:
+            return None
+        return replace(solid, words=f"{solid.words}, {self.told.title}")

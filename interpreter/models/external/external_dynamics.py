@@ -1,0 +1,42 @@
+"""Motions that other programs compute: how they are told and shown; what their model is, they say themselves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.models.external.external_problem import Answer, Motion
+from softmark.interpreter.models.shared.prepared_model import Solution, Status
+from softmark.interpreter.results.motion_history import KEPT, History
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.solvers.energies.energy import Floats
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from softmark.interpreter.models.external.external_program import Asked
+
+
+def motion_of(model: Asked, analysis: Dynamic, masses: Floats) -> Motion:
+    """What a program is told of time and of masses (n,), kg."""
+    step = model.step or analysis.step
+    count = round(analysis.duration / step)
+    after = np.unique([*range(0, count + 1, -(-count // KEPT)), count])
+    return Motion(step, count, after, masses, analysis.damping_mass, analysis.damping_stiffness, analysis.explicit,
+                  model.iterations)  # fmt: skip
+
+
+def times_of(motion: Motion) -> Floats:
+    """When the states are that were asked for (t,), s."""
+    times: Floats = np.asarray(motion.step * motion.after, dtype=np.float64)
+    return times
+
+
+def shown(motion: Motion, answer: Answer, found: dict[str, Any], known: dict[str, Any]) -> Solution:
+    """A motion, of which `found` is how points move, `course`, and where they end; unsolved steps make it `capped`."""
+    steps = () if answer.steps_s is None else tuple(np.asarray(answer.steps_s, dtype=np.float64).tolist())
+    solved = tuple(n >= answer.unsolved for n in range(motion.count))  # how many, in no order
+    status: Status = "capped" if answer.unsolved else "converged"
+    history = History(times_of(motion), found.pop("course"), steps, (), motion.step, solved)
+    return Solution(status, answer.said if answer.unsolved else None, known, history=history, **found)

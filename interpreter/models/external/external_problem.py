@@ -1,0 +1,127 @@
+"""What another program is told of a model, and what it answers: arrays alone, in SI, as softmark has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.exporters.named_parts import Named
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class NoAnswer(Exception):
+    """Why a program has left no answer that can be read, in words for users."""
+
+
+class NotSettled(NoAnswer):
+    """Why a program has not converged, as it says itself, or why its motion is none: a sentence for users."""
+
+
+@dataclass(frozen=True)
+class Stuff:
+    """A material: its word in the language, its constants in SI by their names there, and the cells of it (k,)."""
+
+    law: str  # linear_elastic, neo_hookean, st_venant_kirchhoff, ...
+    constants: Mapping[str, float]
+    density: float | None
+    cells: Ints
+    choices: Mapping[str, str] = field(default_factory=dict)  # its words: volumetric = logarithmic
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lame's constants lam and mu, Pa, of what is told by its moduli."""
+        E, nu = self.constants["young"], self.constants["poisson"]
+        return E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * E / (1.0 + nu)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a body moves from rest under its loads, all in full from the start: `count` steps of `step`, s, each.
+
+    States are asked for after so many steps each (t,), the first of which is 0. Damping is Rayleigh's, a M + b K.
+    """
+
+    step: float
+    count: int
+    after: Ints
+    masses: Floats  # (n,) kg, of nodes
+    damping_mass: float = 0.0  # a, 1/s
+    damping_stiffness: float = 0.0  # b, s
+    explicit: bool = False  # steps that solve nothing are asked for
+    iterations: int | None = None  # of a step; None: as many as the program takes by itself
+
+
+@dataclass(frozen=True)
+class Section:
+    """Of a rod, the same all along it; `axes` (3, 3) are e1, e2, e3 as columns, e1 along the rod, at rest."""
+
+    area: float  # m^2
+    stiffness: Floats  # (6,) to stretch, shears along e2 and e3, N; to twist, bendings about e2 and e3, N m^2
+    inertia: Floats  # (3,) of a metre about e1, e2 and e3, kg m
+    axes: Floats
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A body at rest, or in `motion`, under dead loads, on a mesh.
+
+    Nodes and cells count from 0, in the order of solvers/elements.
+
+    `held` (h, 2) are nodes and components (0, 1, 2), which move by `values` (h,), m, at full load; `forces` (n, 3), N,
+    are those on all nodes at full load, of tractions and weight as softmark integrates them. `shares` (s,) of the load
+    are asked for, in turn; the last is 1.
+
+    Of a rod, which has a `section`, cells are its segments (m, 2), and components 3, 4, 5 of what is held are turns.
+    """
+
+    points: Floats  # (n, 3) m
+    cells: Ints  # (m, a)
+    element: str  # tet4, tet10, hex8, hex20, ...
+    strain: str  # small or finite
+    stuff: tuple[Stuff, ...]
+    held: Ints
+    values: Floats
+    forces: Floats
+    shares: tuple[float, ...] = (1.0,)
+    tolerance: float = 1e-8  # of the residual
+    values_of_states: tuple[float, ...] = ()  # what the scene calls them: 0.125 of 12.5 %; none where it has no states
+    motion: Motion | None = None
+    section: Section | None = None
+    named: Named | None = None  # what of it has a name, for a program that is told of loads by theirs
+
+    @property
+    def is_held(self) -> NDArray[np.bool_]:
+        """Which components of nodes are held (n, 3)."""
+        found = np.zeros(self.points.shape, dtype=np.bool_)
+        found[self.held[:, 0], self.held[:, 1]] = True
+        return found
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a program has found: displacements `u` (s, n, 3), m, in the states that were asked for.
+
+    Of a motion these are the states after the steps that were asked for; of a rod there is also how its sections have
+    `turned`, their axes as columns. `settled` says whether its own log calls it
+    converged, None where that says nothing. Its own clocks are in s, what it does not tell is absent: `setup_s`,
+    `solve_s`, `io_s`, and `whole_s` of one that tells all together.
+    """
+
+    u: Floats
+    settled: bool | None = None
+    iterations: int | None = None
+    clocks: Mapping[str, float] = field(default_factory=dict)
+    said: str = ""  # what of its log a user should see
+    rounding: float = 0.0  # relative, of numbers as it writes them: 5e-7 of seven digits, 0 of doubles
+    steps_s: Floats | None = None  # (count,) s of each step of a motion, by its own clock
+    turned: Floats | None = None  # (s, n, 3, 3) of the nodes of a rod
+    unsolved: int = 0  # steps of a motion that it took without solving them, or without knowing whether it did

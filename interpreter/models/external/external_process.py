@@ -1,0 +1,221 @@
+"""Running another program: in a folder, a process group and limits of its own, with an end that is always known.
+
+Address space, CPU time, the size of a file and core dumps are limited by the kernel (`limited_launcher.py`), wall-
+clock time and what it says here. A program that leaves processes behind leaves none: those of its group are killed,
+and those that
+went out of it are known by a mark in their environment (Linux); where we are killed ourselves, it is as well. What a
+program says is text from a stranger: it is kept up to a size, and shown in few lines without control characters.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import resource
+import select
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Literal
+
+from softmark.records import dataclass
+
+How = Literal["done", "timed_out", "flooded", "out_of_memory", "died", "unstarted"]
+
+LOG = "log.txt"  # in the folder: what it said
+MOST = 2**20  # bytes that it may say
+FILE = 0.25  # of its memory: what one of its files may have, which is read here
+LINES, WIDE = 8, 160  # of its last words: how many, and of how many characters each
+TICK = 0.02  # s between two looks
+GRACE = 2.0  # s that what was killed may take to go
+ROUNDS = 5  # of looking for processes that it left behind, which may start others meanwhile
+MARK = "SOFTMARK_OUTSIDE"  # in the environment of all that a program starts
+ALONE = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS", "NUMBA", "NGS", "VECLIB")}
+LAUNCH = (sys.executable, "-I", "-S", str(Path(__file__).with_name("limited_launcher.py")))
+
+_ESCAPES = re.compile(r"\x1b(\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(\x07|\x1b\\)?|.)?", re.S)
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+_MEMORY = re.compile(
+    r"MemoryError|bad_alloc|out of memory|not enough memory|cannot allocate|unable to allocate|error allocating memory"
+    r"|memory allocation|insufficient memory",
+    re.I,
+)
+
+
+@dataclass(frozen=True)
+class End:
+    """How a program ended: its wall time and CPU time (s), and its last words."""
+
+    how: How
+    code: int | None  # its exit status, or less than 0: the signal that ended it
+    wall_s: float
+    cpu_s: float | None  # None of one that was stopped
+    last: tuple[str, ...]
+    why: str  # in words for users
+
+    @property
+    def message(self) -> str:
+        """Why, with its last words."""
+        return f"{self.why}; {self.words}" if self.last else f"{self.why}; it said nothing"
+
+    @property
+    def words(self) -> str:
+        """Its last words on one line."""
+        return f"its last words: {' | '.join(self.last)}" if self.last else ""
+
+
+def run(
+    command: Sequence[str],
+    folder: Path,
+    seconds: float,
+    memory: float,
+    threads: int = 1,
+    most: int = MOST,
+    environment: Mapping[str, str] | None = None,
+) -> End:
+    """What becomes of a command in a folder, within so many seconds and bytes of address space.
+
+    Standard input is empty; what it says on both outputs is in LOG, `most` bytes of it. CPU time is limited to that of
+    `threads` in twice the wall time, in case nobody is left to look at the clock.
+    """
+    mark = uuid.uuid4().hex
+    limits = (FILE * memory, memory, 2 * seconds * threads + 1)
+    whole = [*LAUNCH, *(str(math.ceil(n)) for n in (os.getpid(), *limits)), *map(str, command)]
+    begin = time.monotonic()
+    try:
+        child = subprocess.Popen(
+            whole, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            env=_environment(folder, threads, environment, mark), start_new_session=True,
+        )  # fmt: skip
+    except (OSError, ValueError) as error:
+        return End("unstarted", None, 0.0, None, (), f"it could not be started ({error})")
+    try:
+        how, status, usage = _watched(child, folder / LOG, begin + seconds, most)
+    finally:
+        _killed(child, mark)
+    spent = None if usage is None else usage.ru_utime + usage.ru_stime
+    return _end(how, status, time.monotonic() - begin, spent, last_words(folder / LOG), (seconds, memory, most))
+
+
+def _environment(folder: Path, threads: int, more: Mapping[str, str] | None, mark: str) -> dict[str, str]:
+    """Ours, with one thread unless more are asked for, and a place for its own files."""
+    counts = {name: str(threads) for name in ALONE}
+    return {**os.environ, **counts, "TMPDIR": str(folder), **(more or {}), MARK: mark}
+
+
+def _watched(
+    child: subprocess.Popen[bytes], log: Path, until: float, most: int
+) -> tuple[How, int | None, resource.struct_rusage | None]:
+    """How a child ended, its wait status and what it used; None of both where it has not ended by itself."""
+    assert child.stdout is not None
+    pipe, said, open_ = child.stdout.fileno(), 0, True
+    os.set_blocking(pipe, False)
+    with log.open("wb") as out:
+        while True:
+            if open_ and select.select([pipe], [], [], TICK)[0]:
+                data = _some(pipe)
+                open_ = data != b""
+                out.write((data or b"")[: most - said])
+                said += len(data or b"")
+                if said > most:
+                    return "flooded", None, None
+            elif not open_:
+                time.sleep(TICK)
+            pid, status, usage = os.wait4(child.pid, os.WNOHANG)
+            if pid:
+                child.returncode = os.waitstatus_to_exitcode(status)
+                out.write(_rest(pipe, most - said))
+                return "done", child.returncode, usage
+            if time.monotonic() > until:
+                return "timed_out", None, None
+
+
+def _some(pipe: int) -> bytes | None:
+    """What a pipe holds; None where that is nothing yet, and empty at its end."""
+    try:
+        return os.read(pipe, 65536)
+    except BlockingIOError:
+        return None
+
+
+def _rest(pipe: int, most: int) -> bytes:
+    """What is left in a pipe whose program has ended: children of it may still hold it open."""
+    found = b""
+    while len(found) < most and (data := _some(pipe)):
+        found += data
+    return found[:most]
+
+
+def _killed(child: subprocess.Popen[bytes], mark: str) -> None:
+    """No process is left of a child, of its group, or of those that went out of it."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(child.pid, signal.SIGKILL)
+    if child.returncode is None:
+        with suppress(subprocess.TimeoutExpired):
+            child.wait(GRACE)
+    assert child.stdout is not None
+    child.stdout.close()
+    for _ in range(ROUNDS):
+        for pid in (left := strays(mark)):
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+        if not left:
+            break
+
+
+def strays(mark: str) -> list[int]:
+    """Processes that carry a mark in their environment; none are known where there is no /proc."""
+    found, sign = [], f"{MARK}={mark}".encode()
+    for entry in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if sign in (entry / "environ").read_bytes().split(b"\0"):
+                found.append(int(entry.name))
+    return found
+
+
+def _end(
+    how: How, code: int | None, wall: float, cpu: float | None, last: tuple[str, ...],
+    limits: tuple[float, float, int],
+) -> End:  # fmt: skip
+    """The end in words; one that died for want of memory, or of CPU time, is told from others that died."""
+    seconds, memory, most = limits
+    if how == "done" and code != 0:
+        how = "out_of_memory" if any(map(_MEMORY.search, last)) else "died"
+        how = "timed_out" if code in (-signal.SIGXCPU, -signal.SIGKILL) and (cpu or 0.0) > seconds else how
+    why: Mapping[How, Callable[[], str]] = {
+        "done": lambda: "it ended",
+        "timed_out": lambda: f"it was not done after {seconds:g} s, and was stopped",
+        "flooded": lambda: f"it said more than {most / 2**20:.3g} MiB, and was stopped",
+        "out_of_memory": lambda: f"it ran out of the {memory / 1e9:.3g} GB of memory that it was given",
+        "died": lambda: _died(code or 0),
+    }
+    return End(how, code, wall, cpu, last, why[how]())
+
+
+def _died(code: int) -> str:
+    if code > 0:
+        return f"it ended with exit status {code}"
+    try:
+        return f"it was ended by a signal ({signal.Signals(-code).name})"
+    except ValueError:
+        return f"it was ended by signal {-code}"
+
+
+def last_words(log: Path) -> tuple[str, ...]:
+    """The last lines of a log, without blank ones and without what would move a terminal's cursor."""
+    with suppress(OSError), log.open("rb") as read:
+        read.seek(max(0, log.stat().st_size - 4 * LINES * WIDE))
+        lines = plain(read.read().decode("utf-8", "replace")).splitlines()
+        return tuple(line.strip()[:WIDE] for line in lines if line.strip())[-LINES:]
+    return ()
+
+
+def plain(text: str) -> str:
+    """Text without control characters but line ends; a carriage return is one."""
+    return _CONTROL.sub("", _ESCAPES.sub("", text).replace("\r", "\n").replace("\t", " "))

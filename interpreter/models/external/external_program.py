@@ -1,0 +1,90 @@
+"""What models have in common that another program solves, whatever they are made of: the program and its reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.external.adapters import Program, program
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.models.external.problem_transfer import Reason
+    from softmark.interpreter.problem.body_case import Case
+
+GB = 1e9  # bytes
+
+
+class Asked(Model):
+    """A model that another program solves; its fields are `program`, the limits of its process, and its own steps."""
+
+    unwalked = "another program solves it, which states no error that could be held against it"
+    instead = "`fem(...)` takes all of it"
+
+    program: str
+    time: float
+    memory: float
+    threads: int
+    step: float | None
+    iterations: int | None
+
+    @property
+    def told(self) -> Program:
+        """What is known of the program."""
+        return program(self.program)
+
+    @property
+    def ours(self) -> Model:
+        """The model of ours that it is told of."""
+        raise NotImplementedError(f"{type(self).__name__} is told of none of ours")
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against the model of ours of this case, and what the program cannot do."""
+        found = self.ours.doubts(replace(declared, thing=self.ours), _steps_of_others(case))
+        if any(d.severity == "error" for d in found):
+            return found
+        return [*found, *self.unsupported(declared, case)]
+
+    def reasons(self, case: Case) -> list[Reason]:
+        """What of it the program cannot do exactly as the scene means it, and why."""
+        raise NotImplementedError(f"{type(self).__name__} has no reasons")
+
+    def unsupported(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+        """A warning of what the program cannot do."""
+        if reasons := self.reasons(case):
+            yield diagnostic(
+                "W710",
+                declared.at("program"),
+                f"`{declared.name}` will not be computed: {self.words_of(reasons)}",
+                "unsupported",
+                f"the other models of the scene are computed; {self.instead}",
+            )
+
+    def words_of(self, reasons: list[Reason]) -> str:
+        """Why a program does not compute it, in words."""
+        each = dict.fromkeys(f"{what} ({why})" for what, why in reasons)
+        return f"{self.told.title} is not asked for {', '.join(each)}"
+
+    def of_steps(self, case: Case) -> Iterator[Reason]:
+        """Steps that it does not have, or that do not end where the motion does."""
+        if not self.told.moves:
+            for name in ("step", "iterations"):
+                if getattr(self, name) is not None:
+                    yield name, "it is of programs that step through time"
+        elif isinstance(case.analysis, Dynamic):
+            count = case.analysis.duration / (self.step or case.analysis.step)
+            if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
+                yield "step", "the motion must last a whole number of steps"
+
+
+def _steps_of_others(case: Case) -> Case:
+    """A case whose motion is not marched by explicit steps of ours: those want what models of others do not have."""
+    analysis = case.analysis
+    if not (isinstance(analysis, Dynamic) and analysis.explicit):
+        return case
+    return replace(case, analysis=replace(analysis, integrator="implicit_euler"))

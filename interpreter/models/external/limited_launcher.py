@@ -1,0 +1,52 @@
+"""What takes a program's place until its limits stand: run as a script, by its path, with nothing of ours imported.
+
+    python -I -S limited_launcher.py PARENT FILE MEMORY CPU COMMAND...
+The bytes of a file and of address space, s of CPU time, by setrlimit(2); no core dumps. On Linux the program is killed
+when PARENT is gone, however that ended: prctl(2) keeps that over execve(2).
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import sys
+
+PR_SET_PDEATHSIG = 1
+MISSING = 127  # as of a shell
+
+
+def main() -> None:
+    """Set the limits, and become the program."""
+    parent, file, memory, cpu, *command = sys.argv[1:]
+    _die_with(int(parent))
+    limit(resource.RLIMIT_CORE, 0)
+    limit(resource.RLIMIT_FSIZE, int(file))
+    limit(resource.RLIMIT_CPU, int(cpu))
+    limit(resource.RLIMIT_AS, int(memory))
+    try:
+        os.execvp(command[0], command)
+    except OSError as error:
+        sys.stderr.write(f"{command[0]}: {error.strerror}\n")
+        os._exit(MISSING)
+
+
+def limit(which: int, asked: int) -> None:
+    """That, or what we are under ourselves where it is less: nobody but root may raise it."""
+    _, own = resource.getrlimit(which)
+    least = asked if own == resource.RLIM_INFINITY else min(asked, own)
+    resource.setrlimit(which, (least, least))
+
+
+def _die_with(parent: int) -> None:
+    if not sys.platform.startswith("linux"):
+        return
+    import ctypes
+
+    ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it went before this stood
+        os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+"""What another program is told of a model of ours: its mesh, what holds it, what loads it, what it is made of.
+
+`reasons` says what of a model and its case has no words here, from what the scene says alone; `told` needs arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Static
+from softmark.interpreter.vocabulary.load_words import Follower, Routed, Turning
+from softmark.solvers.materials import WORDS
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.external.external_problem import Motion, Problem, Stuff
+    from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+    from softmark.interpreter.models.shared.material_regions import Piece
+    from softmark.interpreter.problem.body_case import Case
+
+Reason = tuple[str, str]  # what cannot be told, and why
+
+_NO_TIME = "other programs are told of bodies at rest alone"
+_NO_PAST = "what a body remembers has no words in the neutral problem"
+_NO_REST = "it steps through time and solves for no state of rest: ask for the motion, by a dynamic analysis"
+_FROM_REST = "a motion is told from rest, under loads that act in full from the start"
+_NODAL = "what holds a body is told as displacements of its nodes"
+_DEAD = "forces are told as those on nodes of the undeformed body, and these would have to follow it"
+
+
+class Untold(Exception):
+    """A model that other programs cannot be told of; `reasons` has what of it, and why."""
+
+    def __init__(self, reasons: list[Reason]) -> None:
+        super().__init__("; ".join(f"{what}: {why}" for what, why in reasons))
+        self.reasons = reasons
+
+
+def reasons(model: Any, case: Case, moves: bool = False) -> list[Reason]:
+    """What of a model (its words) and its case the neutral problem cannot say; nothing where all can be told.
+
+    `moves` is of a program that steps through time.
+    """
+    found = reasons_of_mesh(model, case, moves)
+    return [*_of_model(model), *found, *reasons_of_loads(model, case)] if isinstance(model, Fem) else found
+
+
+def reasons_of_mesh(model: Any, case: Case, moves: bool = False) -> list[Reason]:
+    """The same of a mesh alone, with what holds and loads it: how it is solved is others' own."""
+    if not isinstance(model, Fem):
+        return [("the model", "`fem(...)` alone has cells, nodes and a law that other programs know")]
+    analysis = of_motion(case) if moves else _of_analysis(case)
+    return [*analysis, *of_body(case), *_of_supports(case)]
+
+
+def _of_model(model: Fem) -> Iterator[Reason]:
+    if model.strain == "corotational":
+        yield "strain = corotational", "it is an energy of our own: others have small strain, or a law at finite strain"
+    if model.formulation != "displacement":
+        yield f"formulation = {model.formulation}", "other programs are told of displacements alone, without pressures"
+    if model.integration != "full":
+        yield f"integration = {model.integration}", "what others call reduced or selective is not the same"
+    if model.cap is not None or model.linear_cap is not None:
+        yield "cap" if model.cap is not None else "linear_cap", "it leaves a state unsolved in a way of our own"
+
+
+def _of_analysis(case: Case) -> Iterator[Reason]:
+    if isinstance(case.analysis, Dynamic):
+        yield "the dynamic analysis", _NO_TIME
+    elif not isinstance(case.analysis, Static):
+        yield "the quasistatic analysis", _NO_TIME
+    elif case.analysis.path != "load":
+        yield f"path = {case.analysis.path}", "others are told of a load that is raised, and not of a path past its top"
+    elif case.analysis.disturbed != "none":
+        yield f"disturbed = {case.analysis.disturbed}", "others start from rest"
+
+
+def of_motion(case: Case) -> Iterator[Reason]:
+    """What of a motion has no words: one that does not begin at rest, or loads and supports that change."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic):
+        rest = "static" if isinstance(analysis, Static) else "quasistatic"  # of one of its states too
+        yield f"the {rest} analysis", _NO_REST
+        return
+    for name in ("velocity", "spin"):
+        if any(getattr(analysis, name)):
+            yield name, _FROM_REST
+    for load in case.loads:
+        if load.thing.course is not None:
+            yield f"load `{load.name}`", _FROM_REST
+    for support in case.supports:
+        if support.thing.moves:
+            yield f"support `{support.name}`", "what holds a body in motion is told as nodes that stay"
+
+
+def of_body(case: Case) -> Iterator[Reason]:
+    """What of a body and of what it is made of has no words."""
+    if case.planar in ("plane_stress", "axisymmetric"):
+        yield case.planar, "a slice of a plate or of a body of revolution is no solid of its own"
+    for material in case.materials:
+        name = type(material).__name__
+        if not getattr(material, "uniform", True):
+            yield f"the graded {name}", "a material is told by one number for each of its constants"
+        if getattr(material, "directed", False):
+            yield f"the directed {name}", "fibres have no words in the neutral problem"
+        if getattr(material, "pulls", False):
+            yield f"the muscle {name}", "what pulls within has no words in the neutral problem"
+    if case.porous:
+        yield "fluid that seeps", _NO_PAST
+    elif case.remembers:
+        yield "stress that relaxes", _NO_PAST
+
+
+def _of_supports(case: Case) -> Iterator[Reason]:
+    for support in case.supports:
+        if support.thing.turns:
+            yield f"support `{support.name}`", "it turns, and values of nodes grow with the load along straight lines"
+    for bed in (*case.beds, *case.drains):
+        yield f"support `{bed.name}`", _NODAL
+    names = [*(touch.name for touch in case.contacts), *(pair.name for pair in case.pairs)]
+    for name in names:
+        yield f"contact `{name}`", "the neutral problem is of one body that touches nothing"
+
+
+def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
+    """Loads that follow the body."""
+    for load in case.loads:
+        action = load.thing.action
+        if isinstance(action, Routed) or (isinstance(action, Follower | Turning) and model.strain != "small"):
+            yield f"load `{load.name}`", _DEAD
+
+
+def told(prepared: PreparedSolid, case: Case, mesh: bool = False, motion: Motion | None = None) -> Problem:
+    """The neutral problem of a `fem(...)` model that is prepared for a case, or for one state of it.
+
+    Small strain takes the moduli of any material at rest, so that its law is `linear_elastic` there. With a motion the
+    constants are those moduli too, beside the word of the law. With `mesh` it is for that alone, and forces are those
+    at rest. Raises Untold.
+    """
+    import numpy as np
+
+    from softmark.interpreter.models.external.external_problem import Problem
+
+    if found := (reasons_of_mesh if mesh else reasons)(prepared.model, case, motion is not None):
+        raise Untold(found)
+    stuff = _stuff if motion is None else _moduli
+    made, fixed = prepared.mesh, np.asarray(prepared.problem.fixed, dtype=np.int64)
+    forces = sum((f for _, f in prepared.forces()), np.zeros_like(made.points))
+    return Problem(
+        points=made.points,
+        cells=np.asarray(made.cells, dtype=np.int64),
+        element=made.kind,
+        strain=prepared.model.strain,
+        stuff=tuple(stuff(own, prepared.model.strain, len(made.cells)) for own in prepared.pieces),
+        held=np.stack(np.divmod(fixed, 3), axis=1),
+        values=np.asarray(prepared.problem.target, dtype=np.float64),
+        forces=forces,
+        tolerance=case.analysis.tolerance,
+        motion=motion,
+    )
+
+
+def _moduli(own: Piece, strain: str, count: int) -> Stuff:
+    """A material by its moduli at rest, with the word of its law."""
+    return replace(_stuff(own, "small", count), law=_law(own.case.material))
+
+
+def _stuff(own: Piece, strain: str, count: int) -> Stuff:
+    """A material, and its cells of so many."""
+    import numpy as np
+
+    from softmark.interpreter.models.external.external_problem import Stuff
+
+    cells = np.arange(count, dtype=np.int64)[own.which]
+    material = own.case.material
+    if strain != "finite":
+        young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
+        return Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density, cells)
+    constants, choices = dict[str, float](), dict[str, str]()
+    for name in (f.name for f in fields(material)):
+        value = getattr(material, name)
+        if isinstance(value, str):
+            choices[name] = value
+        elif isinstance(value, tuple):  # of a law with terms: mu_1, mu_2, ...
+            constants |= {f"{name}_{i}": float(v) for i, v in enumerate(value, start=1)}
+        elif value is not None and name != "density":
+            constants[name] = float(value)
+    return Stuff(_law(material), constants, material.density, cells, choices)
+
+
+def _law(material: Any) -> str:
+    """Its word."""
+    return next(word for word, kind in WORDS.items() if type(material) is kind)

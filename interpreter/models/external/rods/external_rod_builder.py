@@ -1,0 +1,93 @@
+"""A rod that another program moves, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam import beam_builder as beam
+from softmark.interpreter.models.beam.tapered_sections import inertia
+from softmark.interpreter.models.external.external_builder import PreparedMoving
+from softmark.interpreter.models.external.external_dynamics import motion_of
+from softmark.interpreter.models.external.external_problem import Answer, NoAnswer, Problem, Section, Stuff
+from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
+from softmark.interpreter.models.shared.prepared_model import Prepared, Workshop
+from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+from softmark.interpreter.problem.body_case import Case
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.energies.rod_rotation import quaternion, rotation
+from softmark.solvers.energies.rod_state import chain, displacement_at
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.beam.beam_builder import PreparedBeam
+
+
+@dataclass(frozen=True)
+class PreparedRod(PreparedMoving):
+    """A rod that a program moves; `solid` is the same of ours, at rest, which knows its nodes, sections and loads."""
+
+    @property
+    def rod(self) -> PreparedBeam:
+        """The rod of ours."""
+        return cast("PreparedBeam", self.solid)
+
+    def asked(self) -> Problem:
+        """What the program is told."""
+        rod, case = self.rod, self.case
+        fixed = np.asarray(rod.problem.fixed, dtype=np.int64)
+        material = case.material
+        young = 2.0 * material.shear_modulus * (1.0 + material.poisson)
+        law = Stuff("linear_elastic", {"young": young, "poisson": material.poisson}, material.density,
+                    np.arange(len(rod.points) - 1, dtype=np.int64))  # fmt: skip
+        section, first = case.prism.section, rod.rest.reshape(-1, 7)[:1, 3:]
+        stiffness, turned = cast(Any, rod.elastic.stiffness).diagonal, np.array(inertia(section))
+        return Problem(
+            points=rod.points,
+            cells=chain(len(rod.points)),
+            element="rod",
+            strain="finite",
+            stuff=(law,),
+            held=np.stack(np.divmod(fixed, 6), axis=1),
+            values=np.zeros(len(fixed)),
+            forces=sum((f[:, :3] for _, f in rod.forces()), np.zeros_like(rod.points)),
+            motion=self.motion,
+            section=Section(section.area, stiffness, material.density * turned[1:], rotation(first)[0]),
+        )
+
+    def looked_at(self, answer: Answer, problem: Problem) -> Floats:
+        """Displacements of nodes (t, n, 3), m, after the steps that were asked for. Raises NoAnswer."""
+        u = super().looked_at(answer, problem)
+        turned = answer.turned
+        if turned is None or turned.shape != (*u.shape[:2], 3, 3) or not np.all(np.isfinite(turned)):
+            raise NoAnswer("its result says nothing of how sections turn")
+        return u
+
+    def seen(self, answer: Answer, u: Floats) -> dict[str, Any]:
+        """The same of a rod, around whose axis sections turn as the program says."""
+        assert answer.turned is not None
+        rest, points = self.rod.rest, self.rod.points
+        frames = np.concatenate([points + u, quaternion(answer.turned)], axis=2).reshape(len(u), -1)
+
+        def course(X: Floats) -> Floats:
+            return np.array([displacement_at(x, rest, X) for x in frames])
+
+        return {"course": course, "displacement": lambda X: displacement_at(frames[-1], rest, X)}
+
+
+def load(model: OutsideRod) -> None:
+    """Import what building needs."""
+    beam.load(model.ours)
+
+
+def prepare(model: OutsideRod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The same of ours, at rest, to be told; nothing where the program cannot compute it. Raises Fault."""
+    if reasons := model.reasons(case):
+        return Unbuilt(model.words_of(reasons), "unsupported")
+    rod = beam.at_rest(model.ours, replace(declared, thing=model.ours), case)
+    masses = np.asarray(rod.mass()[::6])
+    motion = motion_of(model, cast(Any, case.analysis), masses)
+    return cast(Prepared, PreparedRod(model, declared, case, cast(Any, rod), motion))

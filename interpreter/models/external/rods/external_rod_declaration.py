@@ -1,0 +1,143 @@
+"""Rods that other programs move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
+from softmark.interpreter.models.external.adapters import RODS, Program
+from softmark.interpreter.models.external.external_program import Asked
+from softmark.interpreter.models.external.problem_transfer import Reason, of_body, of_motion
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.problem.axial_selection import whole
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, Routed
+from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.interpreter.results.run_report import ModelKind
+
+    Word = str
+else:
+    Word = Literal[tuple(RODS)]
+
+_NODAL = "loads are told as dead forces on its nodes"
+# a h of a step h: what drifts under a force is too slow by 1 - a h / (exp(a h) - 1), and that is 5 % here; beyond, it
+# calms steps too long to be stable as well, and a wrong motion would look like one that is damped
+MOST_DAMPED = 0.1
+
+
+@dataclass(frozen=True)
+class OutsideRod(Asked):
+    """A rod that another program moves: its nodes, its sections, its masses and the forces on it are ours.
+
+    They are those of `beam6dof(...)` of as many segments: stretch, shear, twist and bending stiffness, mass and rotary
+    inertia of the section, dead forces on nodes, clamps at its ends or none. How they are put together, and how
+    steps are taken, is the program's and is what is judged: what it computes is in the outline and in `solve.means`. It
+    runs in a process of its own, with limits on time, memory and what it may say. Nothing of it is imported here.
+
+    `mujoco` moves a discrete elastic rod, what its cable has become in version 4: nothing of it stretches or shears,
+    and sections have no inertia about axes across them. Let go for 0.12 s under its weight, with 10, 20 and 40 segments
+    and steps of 0.1 ms, a slender rod (length 22 times the thickness) is 1.2, 0.2 and 0.4 % of its way from ours of 80;
+    the silicone beam (5 times) 7.7, 8.8 and 9.1 %, which is what has no place there. Its steps, `discrete`, solve one
+    linear system each, so that they may be longer: 0.8 to 1.2 % with steps of 1 ms. It is held at one end, or at none.
+
+    `pyelastica` steps explicitly, by a position Verlet scheme, and takes dynamic analyses alone: give it a `step` that
+    waves do not cross a segment in, or it is `diverged`. `damping_mass` takes exp(-a step) of all velocities after each
+    step, which is too much where a step is long beside 1/a: beyond a twentieth too much it is not asked. Directions of
+    sections are those of its segments, so that a clamp holds half a segment and answers are of first order in the
+    length of one. Its law is that of volume kept: sections that are stretched grow thin.
+
+    What it cannot do exactly as the scene means it is never approximated: the model is `unsupported`, with the reason,
+    and W710 when the scene is checked. Where it is not installed it is `skipped`. A motion is not put into our
+    equations, which is unchecked, and it states no error, neither of its steps nor of its segments: theories and other
+    models judge it. `dsl stress`, which holds models against what they state, leaves it out.
+    """
+
+    recovers = False
+    remembers = True  # said to be unsupported
+    sectional = True
+    finely = ("segments",)
+    loads = (*Model.loads, PerLength, Routed)
+    instead = "`beam6dof(...)` takes all of it"
+
+    program: Annotated[Word, "whose solver"]
+    segments: Annotated[int, "1 in [2, 10000]", "elements along the axis"]
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    time: Annotated[float, "s in (0, inf)", "wall-clock time after which it is stopped"] = 60.0
+    memory: Annotated[float, "1 in (0, 100000]", "GB of address space that it may have"] = 4.0
+    threads: Annotated[int, "1 in [1, 256]", "threads that it may use"] = 1
+    step: Annotated[float | None, "s in (0, inf)", "its own step of a motion; that of the analysis if none"] = None
+
+    iterations = None  # it solves nothing
+
+    @property
+    def told(self) -> Program:
+        """What is known of the program."""
+        return RODS[self.program]
+
+    @property
+    def ours(self) -> Beam6Dof:
+        """The rod of ours that it is told of."""
+        return Beam6Dof(self.segments, body=self.body)
+
+    def reasons(self, case: Case) -> list[Reason]:
+        """What of it the program cannot do exactly as the scene means it, and why."""
+        return [*of_motion(case), *self._of_body(case), *self._of_loads(case), *self._of_clamps(case),
+                *self.of_steps(case)]  # fmt: skip
+
+    def _of_body(self, case: Case) -> Iterator[Reason]:
+        if not isinstance(case.prism, Prism) or case.prism.tapered:
+            yield "the body", "a rod is told by one section along a straight axis"
+        yield from of_body(case)
+        if not isinstance(case.analysis, Dynamic):
+            return
+        if case.analysis.damping_stiffness:
+            yield "damping_stiffness", "its damping is by velocities alone"
+        shrinks = case.analysis.damping_mass * (self.step or case.analysis.step)
+        if shrinks > MOST_DAMPED:
+            least = f"{MOST_DAMPED / case.analysis.damping_mass:.3g} s"
+            why = f"it takes too much of a velocity in so long a step: give it a `step` of {least} or less"
+            yield "damping_mass", why
+
+    def _of_loads(self, case: Case) -> Iterator[Reason]:
+        from softmark.interpreter.models.beam.beam_declaration import station
+        from softmark.interpreter.vocabulary.load_words import PerArea, PerMass
+
+        for load in case.loads:
+            action = load.thing.action
+            dead = isinstance(action, PerMass | PerArea | PerLength)
+            if not dead and not (isinstance(action, AtPoint) and station(case, action.at) is not None):
+                yield f"load `{load.name}`", _NODAL
+
+    def _of_clamps(self, case: Case) -> Iterator[Reason]:
+        nodes, held = tuple(self.stations(case)), set[int]()
+        for support in case.supports:
+            if len(support.thing.components) < 3:
+                yield f"support `{support.name}`", "it is held by clamps"
+            held |= {i for i, taken in enumerate(whole(support.thing.where, case.prism, nodes)) if taken}
+        if not held <= {0, len(nodes) - 1}:
+            yield "the supports", "it is held at its ends alone"
+        elif len(held) == 2 and not self.told.stretches:
+            yield "the supports", "it keeps its length, which leaves it no way between two clamps"
+
+    def stations(self, case: Case) -> list[float]:
+        """Nodes along the axis, m from the root."""
+        return self.ours.stations(case)
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        return f"{self.told.title}: {self.segments} segments of a rod; {self.told.moves}"
+
+    def kind(self, case: Case) -> ModelKind:
+        """What it is but for its segments."""
+        rod = self.ours.kind(case)
+        return replace(rod, words=f"{rod.words}, {self.told.title}")
+
+    def orders(self) -> dict[str, int]:
+        """Of a program whose clamp holds half a segment it is one."""
+        return {"segments": self.told.order}

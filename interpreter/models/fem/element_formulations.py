@@ -1,0 +1,323 @@
+"""Finite elements that do not lock: which of them a scene may ask for, and how they are built."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import fault
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.elements import PLANE, named
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.models.fem.fem_declaration import Fem
+    from softmark.interpreter.models.shared.material_regions import Piece
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.energies.energy import Energy
+    from softmark.solvers.linear.linear_solver import Linear
+    from softmark.solvers.mesh.element_interpolation import Integration
+    from softmark.solvers.mesh.mesh import Mesh
+
+    Floats = NDArray[np.float64]
+
+T = TypeVar("T")
+FREE = (
+    "use tet10 or hex8 with `formulation = mixed`, or hex8 with `integration = selective` or `formulation ="
+    " mean_dilatation`"
+)
+DIRECT = {"linear": ("conjugate_gradients", "multigrid"), "precision": ("single",), "factorisation": ("reused",)}
+
+Clash = tuple[str, str, str, str, str]  # code, field, problem, label, help
+
+
+def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """A formulation that does not fit the element, its law or the analysis; a solid that needs another one."""
+    found = []
+    for code, field, problem, label, help in (*_fits(model, case), *_incompressible(model, declared, case)):
+        found.append(diagnostic(code, declared.at(field), problem, for_plane(model, label), for_plane(model, help)))
+    return found
+
+
+def for_plane(model: Fem, text: str) -> str:
+    """A remedy in the elements of plane bodies, for a model of these."""
+    if model.element not in PLANE:
+        return text
+    return text.replace("tet10", "tri6" if model.element in ("tri3", "tri6") else "quad9").replace("hex8", "quad4")
+
+
+def _fits(model: Fem, case: Case) -> Iterator[Clash]:
+    if model.formulation == "displacement":
+        return
+    word = f"formulation = {model.formulation}"
+    if model.formulation not in named(model.element).formulations:
+        yield "E551", "formulation", f"{word} is not one of {model.element}", *_element_words(model)
+    elif model.integration == "selective" or model.rotation == "element":
+        other = "integration = selective" if model.integration == "selective" else "rotation = element"
+        yield (
+            "E551", "formulation", f"{word} and {other} are two ways to keep the volume, or two energies",
+            f"not with {other}", "leave one of the two out",
+        )  # fmt: skip
+    elif model.strain == "finite" and _no_split(case):
+        yield (
+            "E551", "formulation", f"the law of `{case.body.name}` has no part of the volume for a pressure to take",
+            "needs a law that comes apart", "use another material, `strain = corotational`, or leave it out",
+        )  # fmt: skip
+    elif model.formulation == "mixed":
+        yield from _mixed(model, case)
+
+
+def _no_split(case: Case) -> bool:
+    return case.material.finite_law() is not None and case.material.finite_mixed() is None
+
+
+def _element_words(model: Fem) -> tuple[str, str]:
+    if model.formulation == "mixed":
+        return "no stable pressures", "use `tet10`, whose pressures are linear, or `hex8` with one in each cell"
+    return "only with hex8", "use `hex8`, or `tet10` with `formulation = mixed`"
+
+
+def _mixed(model: Fem, case: Case) -> Iterator[Clash]:
+    """What pressures as unknowns exclude."""
+    if isinstance(case.analysis, Dynamic):
+        help = "use `hex8` with `formulation = mean_dilatation` and a Poisson's ratio below 0.5, or a static analysis"
+        problem = "pressures have no mass to move: mixed elements are for statics"
+        yield "E553", "formulation", problem, "not in a dynamic analysis", help
+        return
+    if case.analysis.disturbed != "none":
+        problem = "a disturbed start is followed downhill in energy, and with pressures there is no downhill"
+        help = "use `formulation = mean_dilatation` with hex8, or an analysis that is not disturbed"
+        yield "E554", "formulation", problem, "not with `disturbed`", help
+    for field, values in DIRECT.items():
+        if getattr(model, field) in values:
+            problem = f"{field} = {getattr(model, field)} cannot solve for pressures: their equations are a saddle"
+            help = "leave it out, or use `formulation = mean_dilatation` with hex8"
+            yield "E554", field, problem, "not with formulation = mixed", help
+
+
+def _incompressible(model: Fem, declared: Declared, case: Case) -> Iterator[Clash]:
+    if case.material.incompressible and model.formulation != "mixed" and not case.porous:
+        field = "formulation" if model.formulation != "displacement" else "element"
+        where = f"the material of `{case.body.name}`"
+        if model.material is not None:
+            field, where = "material", f"the material that `{declared.name}` takes"
+        problem = f"{where} is incompressible, and this element needs a compressible one"
+        softer = "a Poisson's ratio below 0.5 such as 0.4999"
+        if getattr(case.material, "directed", False):
+            softer = "a `bulk` modulus of its own"
+        help = f"use `tet10` or `hex8` with `formulation = mixed`, or {softer}"
+        yield "E552", field, problem, "infinite bulk modulus", help
+
+
+# ------------------------------------------------------------------ building them
+
+
+class Forming(Protocol):
+    """What makes the energy of the cells of one material, and its corotational twin for finite strain."""
+
+    def __call__(self, model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]: ...
+
+
+def of_parts(model: Fem, pieces: Sequence[Piece], make: Forming) -> tuple[list[Energy], list[Energy] | None]:
+    """One energy for the cells of each material, and their corotational twins, if they have some.
+
+    Each with pressures has its own, behind those of the energies before: across a border of materials they jump.
+    """
+    found = [make(model, own.case, own.mesh, own.parts) for own in pieces]
+    twins = [twin for _, twin in found if twin is not None]
+    return _apart([energy for energy, _ in found]), _apart(twins) if twins else None
+
+
+def _apart(energies: list[Energy]) -> list[Energy]:
+    """The same with pressures of one behind those of another."""
+    from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
+
+    found: list[Energy] = []
+    behind = 0
+    for energy in energies:
+        if isinstance(energy, MixedSolid):
+            own = energy.dofs - 3 * energy.nodes
+            energy = replace(energy, pressures=energy.pressures + behind) if behind else energy
+            behind += own
+        found.append(energy)
+    return found
+
+
+def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
+    """The energy of a formulation other than that of displacements, and its corotational twin for finite strain."""
+    if case.porous:
+        return _around(_porous(model, case, mesh, parts), case, mesh, parts), None
+    energy = _energy(model, case, mesh, parts, model.strain)
+    return energy, _energy(model, case, mesh, parts, "corotational") if model.strain == "finite" else None
+
+
+def _energy(model: Fem, case: Case, mesh: Mesh, parts: Integration, strain: str) -> Energy:
+    from softmark.solvers.assembly.mixed_elements import with_pressures
+    from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
+    from softmark.solvers.materials import mixed_for
+
+    split = mixed_for(case.material, strain)
+    if split is None:  # `doubts` refuses it
+        raise KeyError(strain)
+    if model.formulation == "mixed":
+        made: Any = with_pressures(mesh, parts, split, _mean(case.material.shear_modulus, parts.w))
+    else:
+        body = (mesh.cells, parts.dNdX, parts.w)
+        made = MeanDilatation(
+            *body, split.shape, split.constraint, _of_cells(split.modulus, _volumes(case, mesh, parts))
+        )
+    return _around(made, case, mesh, parts)
+
+
+def _around(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+    """An energy of a slice as that of a body of revolution, where it is one."""
+    if not case.depth:
+        return made  # type: ignore[no-any-return]
+    from softmark.solvers.energies.axisymmetric import carried
+
+    hoop, w = carried(made, parts.N, mesh.points, case.depth)
+    return replace(made, w=w, hoop=hoop)  # type: ignore[no-any-return]
+
+
+def _porous(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Energy:
+    """That of a solid full of fluid, which has had no time to seep."""
+    from softmark.solvers.assembly.taylor_hood import seeping
+    from softmark.solvers.materials import law_for
+    from softmark.solvers.materials.volumetric_constraints import Dilatation, VolumeRatio
+
+    small = model.strain == "small"
+    pair = law_for(case.material, model.strain), Dilatation() if small else VolumeRatio()
+    return seeping(mesh, parts, pair, _mean(case.material.shear_modulus, parts.w), case.material, not small)
+
+
+def _volumes(case: Case, mesh: Mesh, parts: Integration) -> Floats:
+    """Of integration points (m, q), m^3: of a body of revolution in proportion to those of whole rings."""
+    return parts.w * parts.at_points(mesh.points[mesh.cells, 0]) if case.depth else parts.w
+
+
+def _mean(modulus: Any, w: Floats) -> float:
+    """A modulus, or the mean of what varies from point to point, Pa."""
+    return modulus if isinstance(modulus, float | int) else float((modulus * w).sum() / w.sum())
+
+
+def _of_cells(modulus: Any, w: Floats) -> Any:
+    """What a pressure of each cell makes of a modulus of the volume, Pa: V / int 1/M dV where it varies within."""
+    if isinstance(modulus, float | int):
+        return modulus
+    return w.sum(axis=1) / (w / modulus).sum(axis=1)
+
+
+def must_be_compressible(declared: Declared, pieces: Sequence[Piece]) -> None:
+    """Raises Fault where Poisson's ratio varies and reaches 0.5 at points of a model without pressures."""
+    if declared.thing.formulation == "mixed" or all(own.graded is None for own in pieces):
+        return
+    from softmark.interpreter.models.shared import heterogeneous_material
+
+    for own in pieces:
+        heterogeneous_material.must_be_compressible(declared, own)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """What a state of a solid holds: displacements of nodes, and behind them the pressures of an energy that has some.
+
+    `displacements` of them in the first place, `all` together.
+    """
+
+    displacements: int
+    all: int
+
+    @classmethod
+    def of(cls, energies: Sequence[Energy], mesh: Mesh) -> Unknowns:
+        """Those of elastic energies over a mesh, one for each material."""
+        from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
+
+        last = energies[-1]
+        return cls(mesh.points.size, last.dofs if isinstance(last, MixedSolid) else mesh.points.size)
+
+    @property
+    def pressures(self) -> int:
+        """How many unknowns are pressures."""
+        return self.all - self.displacements
+
+    def loads(self, loads: list[Energy]) -> list[Energy]:
+        """Loads on displacements, as energies of the whole state."""
+        if not self.pressures:
+            return loads
+        from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy
+
+        return [DisplacementEnergy(load, self.displacements) for load in loads]
+
+    def of_displacements(self, of: Callable[[Floats], T]) -> Callable[[Floats], T]:
+        """A question about displacements, or forces on them, asked of the whole state."""
+        return lambda x: of(self.moved(x))
+
+    def moved(self, x: Floats) -> Floats:
+        """The displacements of a state."""
+        return x[: self.displacements]
+
+    def pressed(self, energies: Sequence[Energy], pieces: Sequence[Piece], x: Floats) -> Floats | None:
+        """The pressures of a state in each cell (m, b), Pa, of energies each over a piece; None if no unknowns."""
+        import numpy as np
+
+        if not self.pressures:
+            return None
+        each: list[Any] = list(energies)
+        if len(each) == 1:
+            return each[0].unit * x[each[0].pressures]  # type: ignore[no-any-return]
+        found = np.empty((sum(len(e.cells) for e in each), each[0].pressures.shape[1]))
+        for energy, own in zip(each, pieces, strict=True):
+            found[own.which] = energy.unit * x[energy.pressures]
+        return found
+
+    def begun(self, u: Floats | None) -> Floats | None:
+        """A state with these displacements; Newton's method finds its pressures at once, since they are linear."""
+        import numpy as np
+
+        return u if u is None or not self.pressures else np.concatenate([u, np.zeros(self.pressures)])
+
+
+def must_breathe(declared: Declared, case: Case, pieces: Sequence[Piece], assembly: Assembly) -> None:
+    """Raises Fault where no displacement feels the same pressure everywhere in an incompressible body.
+
+    Supports then hold its surface all around: any change of volume they ask for is impossible, and without one the
+    pressure is anything.
+    """
+    import numpy as np
+
+    energies: Any = [energy for energy in assembly.internal if energy.saddle]
+    if not assembly.saddle or not all(own.case.material.incompressible for own in pieces):
+        return
+    same = np.zeros(assembly.dofs)  # the same pressure everywhere, in the units of the state
+    for energy in energies:
+        same[energy.pressures] = energies[0].unit / energy.unit
+    pressures = assembly.free >= 3 * energies[0].nodes
+    B = assembly.tangent(np.zeros(assembly.dofs), 0.0)[~pressures][:, pressures].multiply(
+        same[assembly.free][pressures]
+    )
+    if B.size and np.abs(B.sum(axis=1)).max() > 1e-9 * abs(B).sum(axis=1).max():
+        return
+    at = case.supports[-1].at()
+    help = "leave a part of the surface free, or take a Poisson's ratio below 0.5 such as 0.4999"
+    raise fault("E555", at, f"the supports hold the incompressible `{case.body.name}` all around, which leaves its"
+                f" pressure in `{declared.name}` open", "nowhere to go", help)  # fmt: skip
+
+
+def spared(choice: Linear, assembly: Assembly) -> Linear:
+    """A choice of linear solvers that can solve for the pressures of an assembly, if it has some."""
+    import numpy as np
+
+    if not assembly.saddle:
+        return choice
+    spare, energies = np.zeros(assembly.dofs), [e for e in list[Any](assembly.internal) if e.saddle]
+    for energy in energies:
+        spare[: energy.dofs] += energy.spare
+    return replace(choice, spare=spare[assembly.free], modes=None)

@@ -1,0 +1,498 @@
+"""Building and solving a solid finite element model: everything here is arrays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
+from functools import cache, reduce
+from operator import add
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem import element_formulations, solver_options
+from softmark.interpreter.models.fem.element_formulations import Unknowns
+from softmark.interpreter.models.fem.fem_declaration import LARGE_ANGLE, Fem
+from softmark.interpreter.models.fem.initial_guess import Start, start_of
+from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
+from softmark.interpreter.models.postprocessing.vibrations import about
+from softmark.interpreter.models.shared import interaction_setup, mesh_notes, self_intersections, static_result
+from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
+from softmark.interpreter.models.shared.load_setup import mass_matrix, single_loads, together
+from softmark.interpreter.models.shared.material_regions import Piece, must_be_mirrored, pieces, sampled, softness_note
+from softmark.interpreter.models.shared.material_regions import notes as notes_of_parts
+from softmark.interpreter.models.shared.mesh_based_model import OnMesh
+from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, of_solid
+from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.support_constraints import solid_supports
+from softmark.interpreter.models.shared.support_selection import held_notes
+from softmark.interpreter.problem.body_case import Case, Fault, fault
+from softmark.interpreter.problem.conforming_mesh import Cuts
+from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, elastic_parts
+from softmark.solvers.assembly.single_precision import SingleAssembly
+from softmark.solvers.elements import ELEMENTS, UnknownElement, sliced
+from softmark.solvers.energies import element_corotational
+from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.element_corotational import ElementRotation
+from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
+from softmark.solvers.linear import factorisations, linear_solver
+from softmark.solvers.materials import law_for
+from softmark.solvers.materials.polar_decomposition import least_stretch, rotations
+from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
+from softmark.solvers.mesh.element_interpolation import Integration, integration
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.model_reduction.cell_energies import of_cells
+from softmark.solvers.statics.residual_resultant import resultant_on
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Statics, equilibrium
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.friction_history import Past
+    from softmark.interpreter.models.shared.unsupported_bodies import Loose
+    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.energies.elastic_foundation import Bedding
+    from softmark.solvers.mesh.shape import Shape
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+FLAT = 0.25  # of a length: a corotational state with cells squeezed below it is none to start from
+GIVES_WAY = 3.0**-0.5  # of a length: where stress in uniaxial compression of a St Venant-Kirchhoff solid peaks
+
+
+@dataclass(frozen=True)
+class PreparedSolid(OnMesh):
+    """A mesh, its elastic energy, and the static problem.
+
+    `elastic` has the law at all points of the element's quadrature: what strains are measured with, whatever energy the
+    problem has.
+    """
+
+    model: Fem
+    declared: Declared
+    shape: Shape
+    mesh: Mesh
+    elastic: Elastic
+    problem: Statics
+    size: dict[str, int]
+    notes: tuple[Diagnostic, ...]
+    first: Start | None = None  # the model whose solution is started from
+    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
+    disturbance: Disturbance | None = None
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    pieces: tuple[Piece, ...] = ()  # the cells of every material
+    beds: Mapping[str, Bedding] = field(default_factory=dict)  # springs that it lies on
+    axial: bool = False  # it is a body of revolution
+    muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
+    contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
+    rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
+    loose: Loose | None = None  # supports leave it free, and what it touches must hold it
+
+    @property
+    def driven(self) -> tuple[tuple[Declared, Energy], ...]:
+        """All that courses drive, each by itself: loads, and what pulls."""
+        return (*self.applied, *self.muscles)
+
+    def warm(self) -> None:
+        """Compile or load every kernel: of the energies on one cell, and of a factorisation if it is large."""
+        entries = len(self.problem.assembly.pattern.indices)
+        with factorisations.warming(entries):
+            self._warm_cells()
+        if entries >= factorisations.LARGE or self.problem.linear != Linear(modes=self.problem.linear.modes):
+            linear_solver.warm(self.problem.linear, self.problem.rest.dtype)
+        if self.first is not None:
+            self.first.prepared.warm()
+
+    def _warm_cells(self) -> None:
+        twin = self.problem.twin.internal if self.problem.twin else ()
+        for energy in (*self.solid, *twin[: len(twin) - self._beyond]):
+            one = _one_cell(energy)
+            nodes = np.unique(one.stencils)
+            rest = np.zeros(self.problem.assembly.dofs, dtype=self.problem.rest.dtype)
+            small = Assembly(len(rest), np.setdiff1d(np.arange(len(rest)), nodes), [one], [])
+            small = small if self.problem.exact is None else SingleAssembly.of(small)
+            small.value(rest, 1.0)
+            small.gradient(rest, 1.0)
+            small.tangent(rest, 1.0)
+        _one_cell(self.elastic).F(np.zeros(self.mesh.points.size))
+
+    @property
+    def assembly(self) -> Assembly:
+        """In double precision."""
+        return self.problem.exact or self.problem.assembly
+
+    def after(self, before: Moved) -> PreparedSolid:
+        """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
+        begun = self if self.disturbance else replace(self, first=None, before=np.ravel(before.displacement))
+        return interaction_setup.resumed(begun, before)
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest, from the state before, or from another model's solution, solved first."""
+        remedy = "try a smaller load, a finer mesh or another strain measure"
+        remedy = remedy if self.loose is None else f"hold it by a support or by what it touches, or {remedy}"
+        problem = replace(self.problem, watch=watch)
+        if self.before is not None:
+            problem = replace(problem, start=self.unknowns.begun(self.before))
+        if self.first is None:
+            return static_result.solution(lambda: self._found(problem), remedy, self.finish, self._loose)
+        begun = self.first.begin(self.mesh.points, watch)
+        problem = replace(problem, start=self.unknowns.begun(begun.x))
+        found = static_result.solution(lambda: equilibrium(problem), remedy, self.finish, self._loose)
+        notes = begun.notes(self.declared, found)
+        return replace(found, facts=found.facts | {"start": begun.facts(found)}, notes=(*notes, *found.notes))
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What a state holds."""
+        return Unknowns.of(self.solid, self.mesh)
+
+    @property
+    def solid(self) -> Sequence[Energy]:
+        """The energies of its cells, one of each material: what else is stored lies beyond."""
+        return self.problem.assembly.internal[: len(self.problem.assembly.internal) - self._beyond]
+
+    @property
+    def _beyond(self) -> int:
+        """How many energies come after those of its cells."""
+        return len(self.beds) + (self.loose is not None)
+
+    def _found(self, problem: Statics) -> Equilibrium:
+        """From rest, or from a disturbed state. Raises NotConverged."""
+        if self.contacts or self.loose is not None:
+            return interaction_setup.found(self, problem)
+        if self.disturbance is None:
+            return equilibrium(problem)
+        return of_solid(self.disturbance, problem, self.mesh.points, self.elastic)
+
+    def _loose(self, d: Floats) -> str:
+        return static_result.unresisted(self.mesh.points, self.unknowns.moved(d).reshape(-1, 3))
+
+    def finish(self, found: Equilibrium) -> Solution:
+        """What a state is, once it is found: as a solution, with what can be asked of it."""
+        u = (x := self.unknowns.moved(found.x)).reshape(-1, 3)
+        solution = static_result.found(found, displacement_of(self.mesh, u))
+        facts = solution.facts | mesh_notes.mesh_facts(self.mesh) | self_intersections.crossings(self.beds, x)
+        facts |= interaction_setup.told(self, facts.pop("pressed", None))
+        beside = interaction_setup.settled(self, found)
+        kept, adrift = interaction_setup.kept(self, beside, x)
+        pressures = self.unknowns.pressed(self.solid, self.pieces, found.x)
+        doubts = (*static_result.doubts(self.declared, found), *self_intersections.passing(self.declared, facts), *kept)
+        soft = softness_note(self.declared, self.pieces, u, pressures)
+        notes = (*self._misread_rotation(x), *self._beyond_its_law(x), *soft, *doubts)
+        left = None if found.left is None else self.unknowns.moved(found.left).reshape(-1, 3)
+        message = "; ".join(filter(None, (solution.message, self._other_linear(found)))) or None
+        met = interaction_setup.met(self, u, beside, facts)
+        moved = Deformed(self.mesh, u, pressures=pressures, left=left, **met)
+        modes = about(interaction_setup.bare(self, beside), found.x, self.mass, self.problem.linear)
+        if not found.solved:
+            modes = vibrations.none("it was stopped before it came to an equilibrium")
+        elif adrift:
+            modes = vibrations.none(f"nothing brings it back: it is free to {adrift}")
+        elif "rigid" in facts:
+            modes = vibrations.none("a rigid body that loads press would move with it")
+        elif self.model.strain == "small" and (self.applied or np.any(self.problem.target)):
+            modes = vibrations.none("loads do not change the tangent of small strain: leave them out, or use another")
+        seen = replace(solution, message=message, facts=facts, notes=notes, mesh=moved, vibrations=modes)
+        return replace(seen, carried=cache(lambda: self._carried(found.x, x, beside, met["rubbed"])))
+
+    def carried_in(self, state: Floats) -> nodal_forces.Carried:
+        """Return the forces at nodes in a state (dofs,), m, with the initial contacts and friction without history."""
+        return self._carried(state, self.unknowns.moved(state), self.contacts, {})
+
+    def mass(self) -> Any:
+        """The mass matrix of displacements, or its diagonal, kg."""
+        return _mass(self.model, self.pieces)
+
+    def _carried(self, state: Floats, u: Floats, beside: Mapping[str, Touching], rubbed: Past) -> nodal_forces.Carried:
+        small, whole = self.model.strain == "small", self.model.rotation != "element"
+        pulling = [energy for _, energy in self.muscles]
+        assembly = interaction_setup.bare(self, beside)
+        found = nodal_forces.on_mesh(self.mesh, state, u, assembly, self.applied, small, whole, self.axial, pulling)
+        found = nodal_forces.bedded(found, self.beds) if self.beds else found
+        return interaction_setup.touched(found, beside, self, rubbed)
+
+    def _other_linear(self, found: Equilibrium) -> str:
+        """That Pardiso was asked for and could not be had."""
+        if self.model.linear != "pardiso":
+            return ""
+        from softmark.solvers.sparse import pardiso
+
+        why = pardiso.lacking()
+        return f"`linear = pardiso` found no library ({why}): solved by {found.linear_solver}" if why else ""
+
+    def _beyond_its_law(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """Whether a St Venant-Kirchhoff solid is squeezed to where it gives way."""
+        least = min((least_stretch(energy.F(x)) for energy in self._kirchhoff()), default=1.0)
+        if least > GIVES_WAY:
+            return ()
+        return (
+            diagnostic(
+                "W381",
+                self.declared.at("strain"),
+                f"`{self.declared.name}` squeezes a St Venant-Kirchhoff solid to {max(0.0, least):.2g} of its size",
+                f"the law gives way below {GIVES_WAY:.3g}",
+                "squeezed more it resists less, and stretched by sqrt(1 + 1 / nu) it is flat; use `neo_hookean`",
+            ),
+        )
+
+    def _kirchhoff(self) -> Iterator[Elastic]:
+        """The cells of St Venant-Kirchhoff solids in finite strain."""
+        for own in self.pieces:
+            if self.model.strain == "finite" and isinstance(own.case.material.finite_law(), StVenantKirchhoff):
+                yield elastic_of(own.case, own.mesh, own.parts, self.model.strain)
+
+    def _misread_rotation(self, x: Floats) -> tuple[Diagnostic, ...]:
+        if self.model.strain != "small":
+            return ()
+        H = self.elastic.F(x) - np.eye(3)
+        skew = 0.5 * (H - H.transpose(0, 2, 1))
+        angle = float(np.sqrt(0.5 * np.sum(skew**2, axis=(1, 2))).max())
+        if angle < LARGE_ANGLE:
+            return ()
+        return (
+            diagnostic(
+                "W306",
+                self.declared.at("strain"),
+                f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
+                "outside its range",
+                "its numbers are those of a model that does not apply",
+            ),
+        )
+
+
+AnyEnergy = TypeVar("AnyEnergy")
+
+
+def _one_cell(energy: AnyEnergy) -> AnyEnergy:
+    """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
+    if isinstance(energy, Together):
+        return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
+    known: Any = energy  # one of the dataclasses of solvers/energies over cells
+    one: AnyEnergy = replace(known, **of_cells(known, slice(0, 1)))
+    return one
+
+
+def load(model: Fem) -> None:
+    """Import what building needs."""
+    import softmark.solvers.mesh.structured_meshes  # noqa: F401
+
+
+def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """Everything that solving needs, for rest or for motion. Raises Fault."""
+    static, parts = at_rest(model, declared, case, workshop)
+    if not isinstance(case.analysis, Dynamic):
+        return levered(static, workshop, disturbance_of(case))
+    from softmark.interpreter.models.shared.free_rigid_body_motion import afloat
+    from softmark.interpreter.models.shared.solid_dynamics import in_motion
+
+    known = (static.mesh, mass_of(model, case, static.mesh, parts), static.problem.assembly.internal, static.driven)
+    return afloat(in_motion(static, declared, case, *known, static.problem, len(static.muscles)), case)
+
+
+def at_rest(
+    model: Fem, declared: Declared, case: Case, workshop: Workshop, mesh: Mesh | None = None
+) -> tuple[PreparedSolid, Integration]:
+    """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
+    mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
+    parts = integration(mesh)
+    elastic = elastic_of(case.plain, mesh, parts, model.strain)
+    each = sampled(pieces(case, mesh, parts), model.formulation != "displacement")
+    element_formulations.must_be_compressible(declared, each)
+    passive, tensions = muscles(each)
+    internal, twins = element_formulations.of_parts(model, passive, energies)
+    fixed, target, way = solid_supports(case, mesh, workshop.measured)
+    must_be_mirrored(each)
+    applied = single_loads(case, mesh, parts, small=model.strain == "small", mass=model.mass)
+    unknowns = Unknowns.of(internal, mesh)
+    dofs, points = unknowns.all, None if unknowns.pressures else mesh.points
+    beds = interaction_setup.beds(case, mesh)
+    contacts = interaction_setup.contacts(case, mesh)
+    loose = interaction_setup.loose(case, mesh, parts, workshop.measured, dofs, beds)
+    beyond = [*beds.values(), *([] if loose is None else [loose.spring])]
+    loads = unknowns.loads([*together(applied, mesh.points.size), *(energy for _, energy in tensions)])
+    assembly = Assembly(dofs, fixed, [*internal, *beyond], [*loads, *contacts.values()], points)
+    element_formulations.must_breathe(declared, case, each, assembly)
+    problem = Statics(
+        assembly,
+        VectorSpace(dofs),
+        np.zeros(dofs),
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        None if twins is None else assembly.with_internal([*twins, *beyond]),
+        unknowns.of_displacements(soundness(model, elastic)),
+        unknowns.of_displacements(lambda x: least_stretch(elastic.F(x)) > FLAT),
+        convex=model.strain == "small" and assembly.conservative and not contacts and not case.pairs,
+        extent=mesh.extent,
+        path=case.analysis.path,
+        way=way,
+        linear=element_formulations.spared(Linear(), assembly),
+        resultant=unknowns.of_displacements(resultant_on(mesh.points)),
+    )
+    size = {"nodes": len(mesh.points), "elements": len(mesh.cells), "dofs": len(assembly.free)}
+    shape = model.mesh or case.shape
+    notes = (
+        *mesh_notes.volume_note(declared, case, mesh),
+        *mesh_notes.sliver_note(declared, shape, mesh),
+        *mesh_notes.filled_notes(declared, case, mesh),
+        *held_notes(declared, case, mesh),
+        *notes_of_parts(declared, case, mesh),
+    )
+    known = (model, declared, shape, mesh, elastic, problem, size, notes)
+    made = PreparedSolid(*known, applied=(*applied,), pieces=each, beds=beds, axial=case.depth > 0.0,
+                         muscles=(*tensions,), contacts=contacts, loose=loose)  # fmt: skip
+    return made, parts
+
+
+def muscles(each: Sequence[Piece]) -> tuple[Sequence[Piece], list[tuple[Declared, Energy]]]:
+    """The pieces with their materials as they are when they do not pull, and the energies of what pulls.
+
+    These come with the loads, in the same steps or by courses of their own: each is that of the body, as if it were
+    made of that material alone. Of no muscle the pieces as they are, and none.
+    """
+    if not any(getattr(own.case.material, "pulls", False) for own in each):
+        return each, []
+    passive, tensions = [], list[tuple[Declared, Energy]]()
+    for own in each:
+        material = own.case.material
+        if getattr(material, "pulls", False):
+            pull = replace(own.case, other_material=material.pull)
+            energy = elastic_of(pull, own.mesh, own.parts, "finite")
+            tensions.append((replace(own.case.body, thing=material), energy))
+            material = material.passive
+        passive.append(replace(own, case=replace(own.case, other_material=material)))
+    return passive, tensions
+
+
+def levered(static: PreparedSolid, workshop: Workshop, disturbance: Disturbance | None = None) -> PreparedSolid:
+    """With what the model trades for speed: precision, caps, linear solver, start. Raises Fault."""
+    model, problem = static.model, static.problem
+    reuse, modes = model.factorisation == "reused", problem.assembly.modes
+    choice = Linear(model.linear, model.precision, model.linear_cap, reuse, modes)
+    choice = element_formulations.spared(choice, problem.assembly)
+    problem = replace(problem, cap=model.cap, linear=choice)
+    if model.precision == "single":
+        twin = None if problem.twin is None else SingleAssembly.of(problem.twin)
+        rest: Any = problem.rest.astype(np.float32)
+        exact, assembly = problem.assembly, SingleAssembly.of(problem.assembly)
+        problem = replace(problem, assembly=assembly, twin=twin, rest=rest, exact=exact)
+    first = None if model.start is None else start_of(static.declared, workshop)
+    return replace(static, problem=problem, first=first, disturbance=disturbance)
+
+
+def soundness(model: Fem, elastic: Elastic) -> Callable[[Floats], bool]:
+    """Whether no cell is inside out at any of its integration points; small strains know no such thing."""
+
+    def sound(x: Floats) -> bool:
+        return model.strain == "small" or bool(np.all(np.linalg.det(elastic.F(x)) > 0))
+
+    return sound
+
+
+def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elastic:
+    """The law of a case at the points of its mesh; of a body of revolution, around the axis."""
+    elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, strain))
+    if not case.depth:
+        return elastic
+    from softmark.solvers.energies.axisymmetric import Revolved
+
+    return Revolved.of(elastic, parts.N, mesh.points, case.depth)
+
+
+def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
+    """The elastic energy that a model asks for, and its corotational twin where its law is one of finite strain."""
+    if model.formulation != "displacement" or case.porous:
+        return element_formulations.energies(model, case, mesh, parts)
+    elastic = elastic_of(case, mesh, parts, model.strain)
+    if model.rotation == "element":
+        return _element_rotation(model, case, mesh, elastic), None
+    selective = model.integration == "selective"
+    energy = elastic_energy(mesh, elastic, case.material, model.strain, selective)
+    if model.strain != "finite":
+        return energy, None
+    return energy, elastic_energy(mesh, elastic, case.material, "corotational", selective)
+
+
+def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
+    """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
+    G, rest = element_corotational.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
+    parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
+    K = np.sum([_at_rest(e, rest) for e in parts], axis=0)
+    return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
+
+
+def _at_rest(e: Elastic, rest: Floats) -> Floats:
+    """The stiffness of each cell at rest (m, 3a, 3a), N/m: of each modulus, which is a weight where it varies."""
+    if not e.varies:
+        return element_corotational.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
+    law: Any = e.law
+    unit = (replace(law.law, mu=1.0, lam=0.0), replace(law.law, mu=0.0, lam=1.0))
+    each = ((law.law.mu, unit[0]), (law.law.lam, unit[1]))
+    K: Floats = np.sum([element_corotational.stiffness(e.dNdX, e.w * c, one.dPdF(rest)[0]) for c, one in each], axis=0)
+    return K
+
+
+def mass_of(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> Any:
+    """The mass matrix of a model, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
+    return _mass(model, pieces(case, mesh, parts))
+
+
+def _mass(model: Fem, each: Sequence[Piece]) -> Any:
+    return reduce(add, (mass_matrix(p.mesh, p.parts, p.density, model.mass) for p in each))
+
+
+def mesh_of(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Mesh:
+    """The mesh of a model, made once for all models that want the same. Raises Fault."""
+    key = model.meshed_as(case)
+    if key in workshop.meshes:
+        workshop.borrowed = workshop.seconds.get(key, (0.0, 0.0))
+    else:
+        wall, cpu = time.perf_counter(), time.process_time()
+        at = declared.at("mesh") if model.mesh is not None else case.shaped
+        shape = located(model.mesh or case.shape, at)
+        cuts = model.cuts(case, shape)
+        try:
+            made = _made(model, case, shape, cuts)
+            workshop.meshes[key] = mesh_notes.with_quality(made, model, declared)
+        except UnknownElement as error:
+            raise Fault(solver_options.unmeshed(declared, error)) from error
+        except UnreadableMesh as error:
+            raise fault(
+                error.code,
+                at,
+                f"the mesh of `{case.body.name}` cannot be used: {error}",
+                help=error.remedy or _takes(),
+            ) from error
+        workshop.seconds[key] = time.perf_counter() - wall, time.process_time() - cpu
+    mesh: Mesh = workshop.meshes[key]
+    return mesh
+
+
+def _made(model: Fem, case: Case, shape: Shape, cuts: Cuts) -> Mesh:
+    """The mesh of a shape; with the groups of its file where the case has some. Raises Fault as `mesh_of` says."""
+    kind = sliced(model.element)
+    if not case.groups:
+        return shape.mesh(kind, model.size or 0.0, cuts)  # a file's has no size but its own
+    from softmark.interpreter.problem import group_conditions
+
+    mesh = shape.named(kind) if shape.prebuilt else shape.mesh(kind, model.size or 0.0, cuts)
+    group_conditions.check(case.groups, mesh)
+    return mesh
+
+
+def _takes() -> str:
+    """Which cells of a file each element can be made of."""
+    hexahedra, tetrahedra = ([n for n, e in ELEMENTS.items() if e.family == f] for f in ("hexahedra", "tetrahedra"))
+    takes = "takes" if len(hexahedra) == 1 else "take"
+    return (
+        f"{solver_options.listed(hexahedra, 'and')} {takes} hexahedra; {solver_options.listed(tetrahedra, 'and')}"
+        " take tetrahedra, or hexahedra that are split"
+    )

@@ -1,0 +1,401 @@
+"""Solid finite elements."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem import element_formulations
+from softmark.interpreter.models.fem import solver_options as options
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded
+from softmark.interpreter.problem.deflection_estimates import bending_angle
+from softmark.interpreter.results.run_report import ModelKind
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import MadeOf, PerLength
+from softmark.records import dataclass
+from softmark.solvers.elements import WORDS, named, unknown
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.mesh.shape import Shape
+
+LARGE_ANGLE = 0.1  # rad: a rotation that small strains misread by 0.5 % strain (1 - cos)
+PLAIN: dict[str, Any] = {
+    "cap": None, "linear_cap": None, "start": None, "precision": "double", "linear": "auto", "factorisation": "fresh",
+}  # fmt: skip
+SHORTCUTS = ("cap", "linear_cap", "precision", "start")
+TOUCHED = "; few cells under what presses make its force too small, so that it may be off either way"
+FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}  # in an outline
+
+
+@dataclass(frozen=True)
+class Fem(MadeOf, Model):
+    """Finite elements over the volume of a body: a choice of element and of how strain is measured.
+
+    `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
+    it turns. `corotational`: linear elasticity in the frame of the polar rotation of each integration point,
+    with its exact derivatives; right for large rotations and small strains. `finite`: the material's own law,
+    right for both. The first two take the moduli that the material has at rest.
+    `integration = selective` (hex8): what belongs to the modulus lambda is taken at the centre of each cell only, which
+    frees it from volumetric locking. `rotation = element` (corotational): one rotation for each cell, as simulators in
+    real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent` integrates the shape
+    functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives every node of the
+    mesh the same, which is wrong wherever the mesh is graded.
+
+    `formulation` frees elements from locking near incompressibility. `mixed` has pressures as unknowns beside the
+    displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10, hex20 and
+    hex27 (Taylor and Hood), the elements of choice there, or one in each hex8 (Q1/P0, whose displacements are good
+    while its pressures may alternate from cell to cell). It is for statics. `mean_dilatation` (hex8) takes the mean of
+    the change of volume over each cell: B-bar where strains are small, the consistent form of F-bar where they are
+    finite; the same displacements as mixed hex8, with no other unknowns, for Poisson's ratios below 0.5 and for motion
+    too.
+
+    Levers trade accuracy, or nothing, for speed; `sweep` varies them, and `dsl compare` says what each costs.
+    `cap` stops Newton's method after so many linear systems, at rest from the first, in motion in every step: what
+    programs do that must keep a frame. Such a state is `capped`, is not solved, and never counts as real time; its
+    residual is that of the state, and its metrics say what the cap costs. `linear` names the linear solver, `auto` the
+    one that suits. `conjugate_gradients` has the diagonal as its preconditioner, and `linear_cap` stops it after so
+    many iterations in every Newton step; the state is `capped` where it then is no equilibrium. `precision = single`
+    keeps geometry, state, forces, tangent and factor in 32 bits; the residual that is reported is computed in 64,
+    `converged` then says that rounding is all that is left, and at most 1e-3 of the residual or in the energy norm.
+    `factorisation = reused` keeps a factor as long as conjugate gradients with it cost less than a new one, and solves
+    early Newton steps no better than they deserve (Eisenstat and Walker 1996): the same state to the same tolerance.
+    `quality` moves the nodes of the mesh at random, the same way every time, until its worst cell has this mean ratio
+    (Knupp 2001; 1 is a regular cell, 0 a flat one): for studies of what bad meshes do. The shape of the body is kept:
+    nodes of plane faces move within them, those of straight edges along them, others stay.
+    `finer` and `towards` grade the mesh: at the border of a condition, where that is a plane or a circle that a mesh of
+    the shape can follow, cells are so many times shorter across it, and have their `size` again half the body's extent
+    away; in a filled surface they are as much smaller where it holds, and facets of combined shapes are those of the
+    smallest. A mesh of half the size is graded alike.
+    `start` names another model of the body whose solution Newton's method starts from, on a coarser mesh or with a
+    cheaper strain; what that one takes is part of what this one takes.
+    """
+
+    recovers = True
+    graded = True
+    directed = True
+    composite = True
+    bedded = True
+    touches = True
+    finely = ("size",)
+
+    element: Annotated[
+        str,
+        "element",
+        "the element: tet4, tet10, hex8, hex20 or hex27; of plane bodies quad4, quad8, quad9, tri3, tri6",
+    ]
+    strain: Annotated[Literal["small", "corotational", "finite"], "how strain is measured"]
+    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+    integration: Annotated[Literal["full", "selective"], "at which points of a hexahedron"] = "full"
+    formulation: Annotated[
+        Literal["displacement", "mixed", "mean_dilatation"], "what the volume is kept by: see above"
+    ] = "displacement"
+    rotation: Annotated[Literal["point", "element"], "what turns as one in corotational strain"] = "point"
+    mass: Annotated[Literal["consistent", "lumped", "uniform"], "how nodes share the mass"] = "consistent"
+    cap: Annotated[
+        int | None,
+        "1 in [1, 1000]",
+        "Newton iterations after which a state, or a time step, is accepted, solved or not; none: all are solved",
+    ] = None
+    material: Annotated[Any | None, "material", "another material than the body's, to see what it changes"] = None
+    precision: Annotated[Literal["double", "single"], "of all numbers, 64 or 32 bits"] = "double"
+    linear: Annotated[
+        Literal["auto", "cholesky", "superlu", "pardiso", "multigrid", "conjugate_gradients"],
+        "what solves linear systems",
+    ] = "auto"
+    linear_cap: Annotated[
+        int | None,
+        "1 in [1, 100000]",
+        "iterations of conjugate gradients in a Newton step; none: until it is solved",
+    ] = None
+    factorisation: Annotated[Literal["fresh", "reused"], "whether a factor serves one Newton step or several"] = "fresh"
+    start: Annotated[str | None, "model", "the model whose solution is started from; rest without"] = None
+    quality: Annotated[
+        float | None,
+        "1 in [1e-9, 1]",
+        "of the worst cell, to which nodes are moved: a mesh made worse on purpose; none: as it is made",
+    ] = None
+    finer: Annotated[
+        float | None, "1 in (1, 100]", "how many times smaller cells are where `towards` says; none: alike everywhere"
+    ] = None
+    towards: Annotated[
+        Any | None, "condition", "at whose border cells are smaller, as at a clamp: `towards = x <= 0 mm`"
+    ] = None
+
+    loads = (*Model.loads, PerLength)
+    remembers = True
+    soaks = True
+
+    @property
+    def constant(self) -> bool:  # type: ignore[override]
+        """Its stiffness never changes: strain is linear in the displacements."""
+        return self.strain == "small"
+
+    @property
+    def unsolved(self) -> bool:  # type: ignore[override]
+        """It may accept states that are not solved."""
+        return self.cap is not None or self.linear_cap is not None
+
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
+
+    @property
+    def other_material(self) -> Any:
+        """The material that it takes in place of the body's."""
+        return self.material
+
+    @property
+    def capped_at(self) -> int | None:
+        """Newton iterations after which a state, or a time step, is accepted."""
+        return self.cap
+
+    @property
+    def shortcuts(self) -> tuple[str, ...]:
+        """Which of its levers leave a step unsolved, in single precision, or begun elsewhere."""
+        return tuple(lever for lever in SHORTCUTS if getattr(self, lever) != PLAIN[lever])
+
+    @property
+    def stress_law(self) -> tuple[str, str] | str:
+        """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
+        if self.rotation == "element":
+            return (
+                "its forces are those of one rotation for each cell, which belong to no stress: use `rotation = point`"
+            )
+        volume = "full" if self.integration == "full" else "selective"
+        return self.strain, volume if self.formulation == "displacement" else self.formulation
+
+    @property
+    def order(self) -> int:
+        """In displacements, where the solution is smooth: degree of the element + 1 (Strang and Fix 1973, 1.5)."""
+        return int(named(self.element).order) + 1
+
+    def orders(self) -> dict[str, int]:
+        """That of the element, where every state is solved by energies that theory knows."""
+        known = self.mass != "uniform" and self.rotation != "element" and not self.unsolved
+        return {"size": self.order} if known else {}
+
+    def plain(self, **changes: Any) -> Fem:
+        """The same without what it trades for speed."""
+        return replace(self, **{**PLAIN, **changes})
+
+    def mesh_key(self) -> tuple[Any, ...]:
+        """What two models of a body must agree in to share a mesh."""
+        moved = () if self.quality is None else (("quality", self.quality),)
+        if self.mesh is None:
+            return self.element, self.size, *moved
+        return self.element, self.size, self.mesh, *moved
+
+    def meshed_as(self, case: Case) -> tuple[Any, ...]:
+        """The same in a case: body, element, size, and where supports need nodes."""
+        return (case.body.name, *self.mesh_key(), *(() if self.mesh else self.cuts(case)))
+
+    def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
+        """Where its meshes need nodes, and where their cells are finer."""
+        found = cuts_of(case, shape)
+        if self.towards is None or self.finer is None:
+            return found
+        return (*found, *graded(self.towards, shape or case.shape, self.finer))
+
+    def _own_mesh(self, case: Case) -> bool:
+        """Whether the mesh comes from a file, of the model or of the body."""
+        return (self.own_mesh or case.shape).prebuilt
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against this model of this case: of every material, where there are several."""
+        if (case.porous and case.parts) or (case.remembers and not case.uniform):  # what is typical would not say
+            return list(self.refusals(declared, case))
+        if case.parts:
+            return self._of_parts(declared, case)
+        case = case.plain
+        if self.element not in WORDS:
+            return [options.unmeshed(declared, unknown(self.element))]
+        found = [
+            *self.refusals(declared, case),
+            self.one_mesh(declared, case),
+            options.graded(self, declared, case),
+            *options.sized(self, declared, case),
+            self._finite_law(declared, case),
+            self.locking(declared, case),
+            self._rotation(declared, case),
+        ]
+        found += options.explicit(self, declared, case)
+        found += [*options.doubts(self, declared, case), *element_formulations.doubts(self, declared, case)]
+        found.append(self.coarse(declared, case))
+        return [d for d in found if d is not None]
+
+    def _of_parts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """Doubts for each material; of a large rotation those of the stiffest alone, for the whole bends no more."""
+        stiffest = max(case.typical, key=lambda material: material.young)
+        found: dict[tuple[object, ...], Diagnostic] = {}
+        for part, material in zip((None, *case.parts), case.typical, strict=True):
+            for doubt in self.doubts(declared, replace(case, other_material=material, parts=())):
+                if doubt.code == "W302" and material is not stiffest:
+                    continue
+                note = () if part is None else (f"said of the material of the part `{part.name}`",)
+                key = (doubt.code, doubt.span, doubt.message)
+                found.setdefault(key, replace(doubt, notes=(*doubt.notes, *note)))
+        return list(found.values())
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against the model that it starts from."""
+        return options.starts(scene, declared, case)
+
+    def one_mesh(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """Exactly one of `size` and `mesh`, but for a body that is a mesh already."""
+        prebuilt = self.mesh is None or self.mesh.prebuilt
+        both = self.size is not None and self.mesh is not None
+        neither = self.size is None and self.mesh is None and not case.shape.prebuilt
+        if prebuilt and not both and not neither:
+            return None
+        problem, label, help = (
+            (f"`{declared.name}` has neither a `size` nor a `mesh`", "how fine?",
+             'give `size = 5 mm`, or a mesh: `mesh = mesh("file.msh", unit = 1 mm)`')
+            if neither
+            else (f"`{declared.name}` has both a `size` and a `mesh`", "one of them only",
+                  "a mesh from a file has its own size; leave `size` out")
+            if both
+            else (f"the `mesh` of `{declared.name}` is a shape without cells", "not a mesh",
+                  'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')
+        )  # fmt: skip
+        return diagnostic("E507", declared.at("mesh" if self.mesh is not None else "element"), problem, label, help)
+
+    def _finite_law(self, declared: Declared, case: Case) -> Diagnostic | None:
+        if self.strain != "finite" or case.material.finite_law() is not None:
+            return None
+        at, body = declared.at("strain"), case.body.name
+        return diagnostic(
+            "E502",
+            at,
+            f"the material of `{body}` has no law for finite strain",
+            "needs such a law",
+            "declare a `neo_hookean(...)` or `st_venant_kirchhoff(...)`, or use `strain = corotational`",
+        )
+
+    def locks_at(self, poisson: float) -> bool:
+        """Whether the element is visibly too stiff at a Poisson's ratio."""
+        free = self.integration == "selective" or self.formulation != "displacement"
+        return not free and bool(poisson >= named(self.element).locks)
+
+    def locking(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """A warning where the element is visibly too stiff at the Poisson's ratio of the body."""
+        nu = case.material.poisson
+        if not self.locks_at(nu) or case.material.incompressible or case.material.thin:
+            return None
+        element = named(self.element)
+        cure = (
+            "use `formulation = mixed`"
+            if element.pressures == "corners"
+            else element_formulations.for_plane(self, element_formulations.FREE)
+        )
+        return diagnostic(
+            "W301",
+            declared.at("element"),
+            f"{element.briefly} lock at a Poisson's ratio of {nu:g}",
+            "too stiff here",
+            f"it gives way too little, the more so the coarser its mesh{TOUCHED if case.contacts else ''}: {cure}",
+        )
+
+    def _rotation(self, declared: Declared, case: Case) -> Diagnostic | None:
+        if self.strain != "small":
+            return None
+        if (turned := max((math.hypot(*s.thing.rotation) for s in case.supports), default=0.0)) > LARGE_ANGLE:
+            return self._misread(declared, "this support makes", f"{math.degrees(turned):.0f} deg")
+        if (angle := bending_angle(case)) is None or angle < LARGE_ANGLE:
+            return None
+        far = f"about {math.degrees(angle):.0f} deg at the tip" if angle < 1.5 else "far beyond its range"
+        return self._misread(declared, "this load causes", far)
+
+    def _misread(self, declared: Declared, what: str, far: str) -> Diagnostic:
+        return diagnostic(
+            "W302",
+            declared.at("strain"),
+            f"small strains cannot follow the rotation that {what}",
+            far,
+            "the body will seem to grow as it turns; use `strain = corotational` or `finite`",
+        )
+
+    def coarse(self, declared: Declared, case: Case) -> Diagnostic | None:
+        """A mesh that is too fine for memory, or coarser than the body."""
+        shape = case.shape
+        if self.size is None or shape.bounds is None or not (volume := shape.least) or self._own_mesh(case):
+            return None
+        low, high = shape.bounds
+        at = declared.at("size")
+        element = named(self.element)
+        cells = len(element.split[0]) * volume / self.size**3
+        if shape.flat:  # one through the thickness
+            cells = len(element.split[0]) * volume / (high[2] - low[2]) / self.size**2
+            thick = max(high[0] - low[0], high[1] - low[1])
+            low, high = (*low[:2], 0.0), (*high[:2], thick)
+        if cells > element.most:
+            size = units.show(self.size, units.LENGTH)
+            extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
+            return diagnostic(
+                "E304",
+                at,
+                f"a mesh of about {cells:.0e} {element.family} does not fit in memory",
+                f"{size} for a body of {extent}",
+                "use a larger size",
+            )
+        least = min(b - a for a, b in zip(low, high, strict=True))
+        if self.size > 0.5 * least * (1 + 1e-9):
+            return diagnostic(
+                "W312",
+                at,
+                f"the mesh of `{declared.name}` is coarser than the body",
+                f"the body is {units.show(least, units.LENGTH)} across",
+                "use a size of a fraction of that; bending needs four cells or more across",
+            )
+        return None
+
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words: `tet4 of about 7 mm`."""
+        size = "" if self.size is None else f"of about {units.show(self.size, units.LENGTH)}"
+        return f"{self.element} {'of the file' if self._own_mesh(case) else size}"
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        return f"{self.mesh_words(case)}, {self._words(case, self.material)}"
+
+    def kind(self, case: Case) -> ModelKind | None:
+        """What it is but for its size and Poisson's ratio."""
+        if self.size is None or self._own_mesh(case):
+            return None
+        nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")
+        return ModelKind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
+
+    def _words(self, case: Case, material: Any) -> str:
+        options = (
+            ", selectively integrated" if self.integration == "selective" else "",
+            f", {FORMULATIONS[self.formulation]}" if self.formulation != "displacement" else "",
+            ", one rotation for each cell" if self.rotation == "element" else "",
+            _capped(self.cap, case) if self.cap is not None else "",
+            f", nu = {material.poisson:g}" if material is not None and material.uniform else "",
+            *self._levers(),
+        )
+        return f"{self.strain} strain{''.join(options)}"
+
+    def _levers(self) -> tuple[str, ...]:
+        return (
+            ", single precision" if self.precision == "single" else "",
+            f", {self.linear}".replace("_", " ") if self.linear != "auto" else "",
+            f" of at most {self.linear_cap} iterations" if self.linear_cap is not None else "",
+            ", factors reused" if self.factorisation == "reused" else "",
+            f", started from {self.start}" if self.start is not None else "",
+            f", worst cell of quality {self.quality:g}" if self.quality is not None else "",
+        )
+
+
+def _capped(cap: int, case: Case) -> str:
+    each = "a step" if isinstance(case.analysis, Dynamic) else "in all"
+    return f", capped at {cap} iterations {each}"

@@ -1,0 +1,243 @@
+"""Solids that remember, in the time of a quasistatic analysis: from what a scene says to a march of equilibria."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid, at_rest, elastic_of, mass_of
+from softmark.interpreter.models.postprocessing import nodal_forces, vibrations
+from softmark.interpreter.models.shared import solid_dynamics, static_result
+from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
+from softmark.interpreter.models.shared.mesh_based_model import OnMesh
+from softmark.interpreter.models.shared.mesh_notes import mesh_facts
+from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.quasistatic_times import Timed, whole_of
+from softmark.interpreter.models.shared.relaxation_capabilities import came_back
+from softmark.interpreter.models.shared.support_constraints import held_values
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.viscoelastic_memory import Memories, Memory
+from softmark.solvers.materials.viscoelastic_increment import series_of
+from softmark.solvers.statics.quasistatic_history import Aged, Instant, aged, begun, followed
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.fem.fem_declaration import Fem
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Shape
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+
+@dataclass(frozen=True)
+class Past:
+    """How the nodes have moved so far: times (t,), s, and displacements at each (t, n, 3), m."""
+
+    times: tuple[float, ...]
+    states: tuple[Floats, ...]
+
+
+@dataclass(frozen=True)
+class Remembered(Deformed):
+    """A deformed mesh that knows how it came there: `aged` is what a later time goes on from."""
+
+    past: Past | None = None
+    aged: Aged | None = None
+    pore_pressure: Floats | None = None  # (n,) Pa, of a fluid, positive in compression
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Of a report that is kept: the mesh as it is, from which no later time goes on."""
+        return self.__dict__ | {"aged": None}
+
+
+@dataclass(frozen=True)
+class PreparedAged(OnMesh):
+    """A body that remembers: `static` is the same at full size of all that acts, with the law that it has at once."""
+
+    static: PreparedSolid
+    case: Case
+    memories: Memories
+    timed: Timed  # of every load, and of every muscle
+    before: Aged | None = None
+
+    @property
+    def shape(self) -> Shape:  # type: ignore[override]
+        """Of the body."""
+        return self.static.shape
+
+    @property
+    def mesh(self) -> Mesh:  # type: ignore[override]
+        """Of the body."""
+        return self.static.mesh
+
+    @property
+    def applied(self) -> tuple[tuple[Declared, Energy], ...]:  # type: ignore[override]
+        """Every load by itself, as it acts now."""
+        acting = self.timed.acting(self.static.driven, self._now)[: len(self.case.loads)]
+        return tuple((load, energy) for load, (_, energy) in zip(self.case.loads, acting, strict=True))
+
+    @property
+    def pulling(self) -> list[Energy]:
+        """Every muscle by itself, as it pulls now."""
+        return [energy for _, energy in self.timed.acting(self.static.driven, self._now)[len(self.case.loads) :]]
+
+    @property
+    def size(self) -> dict[str, int]:
+        """nodes, elements, dofs."""
+        return self.static.size
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Warnings about what was built."""
+        return self.static.notes
+
+    @property
+    def assembly(self) -> None:
+        """It is another at every time."""
+        return
+
+    @property
+    def analysis(self) -> Quasistatic:
+        """At one of its times."""
+        return self.timed.analysis
+
+    @property
+    def _now(self) -> float:
+        return self.analysis.now
+
+    def after(self, before: Moved) -> PreparedAged:
+        """The same, to go on from the time before."""
+        return replace(self, before=before.aged) if isinstance(before, Remembered) else self
+
+    def warm(self) -> None:
+        """Compile what the solution needs."""
+        self.static.warm()
+        for own in self.memories.each:
+            if isinstance(own, Memory):
+                own.over(0.0).add_gradient(self.static.problem.rest, np.zeros_like(self.static.problem.rest))
+
+    # ------------------------------------------------------------------ time
+
+    def instants(self) -> list[Instant]:
+        """What acts at the end of every step up to now, after that of the state before."""
+        return self.timed.after(None if self.before is None else self.before.time)
+
+    # ------------------------------------------------------------------ solving
+
+    def solve(self, watch: Watch) -> Solution:
+        """March from the start, or from the state before, to now."""
+        remedy = "try a shorter step, a smaller load, a finer mesh or another strain measure"
+        problem = replace(self.static.problem, watch=watch)
+        first = self.before if self.before is not None else begun(problem, self.memories)
+        came: list[Aged] = [first]
+
+        def find() -> Any:
+            came[0] = followed(problem, first, self.instants())
+            if came[0].found is None:
+                came[0] = aged(problem, came[0], self.timed.at(self._now, False))
+            found: Any = came[0].found
+            return replace(found, history=came[0].history[len(first.history) :])
+
+        return static_result.solution(find, remedy, lambda found: self._finish(found, came[0]), self.static._loose)
+
+    def _finish(self, found: Any, state: Aged) -> Solution:
+        static = self.static
+        x = static.unknowns.moved(state.x)
+        u = x.reshape(-1, 3)
+        solution = static_result.found(found, displacement_of(static.mesh, u))
+        notes = (
+            *static._misread_rotation(x),
+            *static._beyond_its_law(x),
+            *static_result.doubts(static.declared, found),
+            *self._doubts(state),
+        )
+        none = state.memories.unknown
+        stored, lost = (np.nan, np.nan) if none else (state.stored, state.dissipated)
+        energies = {"work_J": state.work, "stored_J": None if none else stored, "dissipated_J": None if none else lost,
+                    "time_s": state.time, "steps_in_time": len(state.times)}  # fmt: skip
+        facts = solution.facts | mesh_facts(static.mesh) | {"energies_in_time": energies}
+        left = None if found.left is None else static.unknowns.moved(found.left).reshape(-1, 3)
+        pressures = static.unknowns.pressed(static.solid, static.pieces, state.x)
+        moved = Remembered(static.mesh, u, pressures=pressures, left=left, past=self._past(state), aged=state)
+        ring = vibrations.none("what remembers has no stiffness that frequencies follow from")
+        seen = replace(solution, facts=facts, notes=notes, mesh=moved, vibrations=ring)
+        return replace(seen, carried=cache(lambda: self._carried(state, x, stored, lost)))
+
+    def _past(self, state: Aged) -> Past:
+        each = tuple(self.static.unknowns.moved(x).reshape(-1, 3) for x in state.states)
+        return Past(state.times, each)
+
+    def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+        small = self.static.model.strain == "small"
+        if state.problem is None:
+            raise ValueError("nothing was solved")
+        found = nodal_forces.on_mesh(self.mesh, state.x, u, state.problem.assembly, self.applied, small, True,
+                                self.static.axial, self.pulling)  # fmt: skip
+        found = replace(found, energy=stored, dissipated=lost)
+        return nodal_forces.bedded(found, self.static.beds) if self.static.beds else found
+
+    def _doubts(self, state: Aged) -> Iterator[Diagnostic]:
+        """A warning where dissipated energy has come back."""
+        yield from came_back(self.static.declared, np.array((0.0, *state.losses)), abs(state.work),
+                             state.memories.unknown)  # fmt: skip
+
+
+# ------------------------------------------------------------------ building
+
+
+def in_motion(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The body in motion, with what its points remember. Raises Fault."""
+    from softmark.solvers.dynamics.implicit_midpoint import Midpoint
+    from softmark.solvers.dynamics.viscoelastic_step import Remembering
+
+    static, parts = at_rest(model, declared, case, workshop)
+    known = _remembered(model, static)
+    mesh, mass, pulling = static.mesh, mass_of(model, case, static.mesh, parts), len(static.muscles)
+    made = solid_dynamics.in_motion(
+        static, declared, case, mesh, mass, known.energies, static.driven, static.problem, pulling
+    )
+    remembering = Remembering(known, isinstance(made.problem.integrator, Midpoint))
+    return replace(made, problem=replace(made.problem, remembering=remembering, lagged=False))
+
+
+def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The body at full size of all that acts, and what its points remember. Raises Fault."""
+    if isinstance(case.analysis, Dynamic):
+        return in_motion(model, declared, case, workshop)
+    whole = whole_of(case)
+    static, _ = at_rest(model, declared, whole, workshop)
+    loads, problem = [energy for _, energy in static.driven], static.problem
+    memories, old = _remembered(model, static), problem.assembly
+    assembly = Assembly(old.dofs, problem.fixed, memories.energies, static.unknowns.loads(loads), old.points)
+    static = replace(static, problem=replace(problem, assembly=assembly, twin=None))
+    owners = owners_of(whole, static.mesh, workshop, problem.fixed)
+    return PreparedAged(static, case, memories, Timed.of(whole, static.driven, owners, problem.target))
+
+
+def owners_of(case: Case, mesh: Mesh, workshop: Workshop, fixed: Ints) -> list[Declared]:
+    """The support that imposes each of the held degrees of freedom (c,)."""
+    held = held_values(case, mesh, workshop.measured)
+    return [held[dof][1] for dof in fixed.tolist()]
+
+
+def _remembered(model: Fem, static: PreparedSolid) -> Memories:
+    """The energy of each piece, with a memory where its material relaxes, and those of beds."""
+    found: list[Memory | Energy] = []
+    for own, energy in zip(static.pieces, static.solid, strict=True):
+        material = own.case.material
+        if not material.branches:
+            found.append(energy)
+            continue
+        plain: Any = energy
+        if model.formulation == "displacement":
+            plain = elastic_of(own.case, own.mesh, own.parts, model.strain)
+        found.append(Memory.at_rest(plain, series_of(material, model.strain)))
+    return Memories((*found, *static.beds.values()))

@@ -1,0 +1,89 @@
+"""Starting from what another model has found, and saying what that took."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.prepared_model import Prepared, Solution, Workshop
+from softmark.interpreter.problem.body_case import case_for, fault
+from softmark.interpreter.results.state_results import SOLVED
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+
+@dataclass(frozen=True)
+class Begun:
+    """What the other model has found at the nodes of this one, (dofs,) m, None: nothing; and what it took."""
+
+    model: str
+    solution: Solution
+    x: Floats | None
+    seconds: tuple[float, float]  # wall, CPU, with the interpolation
+
+    def facts(self, found: Solution) -> dict[str, Any]:
+        """The `start` of a report."""
+        return {
+            "model": self.model,
+            "status": self.solution.status,
+            "iterations": self.solution.facts.get("iterations"),
+            "wall_s": self.seconds[0],
+            "cpu_s": self.seconds[1],
+            "used": self._used(found),
+        }
+
+    def _used(self, found: Solution) -> bool:
+        return self.x is not None and bool(found.facts.get("started"))
+
+    def notes(self, declared: Declared, found: Solution) -> tuple[Diagnostic, ...]:
+        """A warning where the start was of no use."""
+        if self._used(found):
+            return ()
+        at, failed = declared.at("start"), self.x is None
+        why = f"`{self.model}` has no solution" if failed else "Newton's method does not come from there to a solution"
+        return (
+            diagnostic(
+                "W341",
+                at,
+                f"`{declared.name}` could not start from `{self.model}`",
+                "it started from rest",
+                f"{why}: what was spent on it is part of the time; leave `start` out, or start from a finer model",
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Start:
+    """Another model, ready to solve."""
+
+    name: str
+    prepared: Prepared
+
+    def begin(self, X: Floats, watch: Watch) -> Begun:
+        """Its solution at nodes X (n, 3)."""
+        wall, cpu = time.perf_counter(), time.process_time()
+        solution = self.prepared.solve(watch)
+        x = None
+        if solution.displacement is not None and solution.status in SOLVED:
+            x = np.asarray(solution.displacement(X)).ravel()
+        spent = time.perf_counter() - wall, time.process_time() - cpu
+        return Begun(self.name, solution, x, spent)
+
+
+def start_of(declared: Declared, workshop: Workshop) -> Start:
+    """The model that another one starts from, built for the same scene. Raises Fault."""
+    name = declared.thing.start
+    if workshop.scene is None:
+        raise fault("E508", declared.at("start"), f"`{declared.name}` has no scene to find `{name}` in")
+    other = workshop.scene.declared[name]
+    if workshop.build is None:
+        raise ValueError("the workshop cannot build another model: make models by `builders.build`")
+    return Start(name, workshop.build(other, case_for(workshop.scene, other), workshop))

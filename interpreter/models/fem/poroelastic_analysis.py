@@ -1,0 +1,236 @@
+"""Porous solids full of fluid, in quasistatic time: what of the fluid is held, and what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem import element_formulations
+from softmark.interpreter.models.fem.fem_builder import at_rest
+from softmark.interpreter.models.fem.fem_relaxation import PreparedAged, owners_of
+from softmark.interpreter.models.postprocessing import nodal_forces
+from softmark.interpreter.models.shared.prepared_model import Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.quasistatic_times import SAME, Timed, whole_of
+from softmark.interpreter.models.shared.support_constraints import SAME as ALIKE
+from softmark.interpreter.models.shared.support_selection import grip
+from softmark.interpreter.problem.body_case import Case, fault
+from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.elements import element_of
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.poroelastic import INNER, Pores, Seeping, pores_of
+from softmark.solvers.energies.viscoelastic_memory import Memories
+from softmark.solvers.linear.linear_solver import Linear
+from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.mesh import Mesh, areas
+from softmark.solvers.statics.quasistatic_history import Aged, Instant
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.fem.fem_declaration import Fem
+
+TIGHT = 1e-12  # of loads and reactions: what states with fluid are solved to, so that none of it is lost
+COARSE = 0.3  # of what has moved, by which methods of first and second order differ: then either is off by a part
+BALANCED = 1e-10  # of the volume that has moved: what may be amiss of the balance of fluid
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """The fluid in a mesh: what has left through each support that lets it through, m^3, and pressures of nodes."""
+
+    mesh: Mesh
+    nodes: Floats  # (n,) Pa, positive in compression; between corners their mean
+    outflows: Mapping[str, float]
+
+    @property
+    def pressures(self) -> tuple[float, float]:
+        """The least and the largest, Pa."""
+        return float(self.nodes.min()), float(self.nodes.max())
+
+    def pressure(self, point: tuple[float, float, float]) -> float:
+        """At a material point, m: Pa."""
+        found = locate(self.mesh, np.array([point])).interpolate(self.nodes[:, None])
+        return float(found[0, 0])
+
+
+@dataclass(frozen=True)
+class PreparedSoaked(PreparedAged):
+    """A porous body full of fluid: `drains` are the pressures (b,) that each support lets fluid through, by name."""
+
+    drains: tuple[tuple[str, Ints], ...] = ()
+    smallest: float = 0.0  # s: steps below show pressures that oscillate
+
+    def instants(self) -> list[Instant]:
+        """What acts at the end of each of the two stages of every step up to now, after that of the state before."""
+        begin = 0.0 if self.before is None else self.before.time
+        found: list[Instant] = []
+        for end in PreparedAged.instants(self):
+            if end.time - begin > SAME * self.analysis.step:
+                found.append(self.timed.at(begin + INNER * (end.time - begin), False))
+            found.append(end)
+            begin = end.time
+        return found
+
+    def _finish(self, found: Any, state: Aged) -> Solution:
+        solution, pores = PreparedAged._finish(self, found, state), pores_of(state.memories)
+        shown = {"balance": pores.balance, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
+                 "smallest_step_s": self.smallest,
+                 "unresolved": pores.unresolved}  # fmt: skip
+        facts = solution.facts | {"fluid": shown}
+        if pores.balance <= BALANCED:
+            moved: Any = solution.mesh
+            seen = replace(moved, pore_pressure=nodal(self.mesh, pores.energy, state.x))
+            return replace(solution, facts=facts, mesh=seen, notes=(*solution.notes, *self._unresolved(pores)))
+        reason = f"of the fluid that moved {pores.balance:.1e} is lost or made: its steps are not solved"
+        return Solution("not_converged", reason, facts)
+
+    def _unresolved(self, pores: Pores) -> Iterator[Diagnostic]:
+        """A warning where the last step does not show how fluid moved in it."""
+        if pores.unresolved <= COARSE:
+            return
+        declared, shown = self.static.declared, units.show(float(f"{self._now:.4g}"), units.TIME)
+        yield diagnostic("W394", declared.at(), f"the step that ends at {shown} does not show how fluid moved within it"
+                         f" in `{declared.name}`", "off by some 5 % of what has moved",
+                         "of what a load does at once the first step knows little: take shorter ones, or look"
+                         " later")  # fmt: skip
+
+    def _outflows(self, pores: Pores) -> dict[str, float]:
+        return {name: float(pores.out[which].sum()) for name, which in self.drains}
+
+    def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
+        found = PreparedAged._carried(self, state, u, stored, lost)
+        pores = pores_of(state.memories)
+        return replace(found, fluid=Fluid(self.mesh, nodal(self.mesh, pores.energy, state.x), self._outflows(pores)))
+
+
+def nodal(mesh: Mesh, energy: Seeping, x: Floats) -> Floats:
+    """The pressure of the fluid at all nodes (n,), Pa, positive in compression: linear between the corners of cells."""
+    each = -energy.unit * x[energy.pressures] @ element_of(mesh.element.linear).shape(mesh.element.places()).T
+    found = np.zeros(len(mesh.points))
+    found[mesh.cells] = each  # the same from every cell
+    return found
+
+
+# ------------------------------------------------------------------ building
+
+
+def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The body at full size of all that acts, with its pores at rest. Raises Fault."""
+    whole = whole_of(case)
+    static, _ = at_rest(model, declared, whole, workshop)
+    own: Any = static.problem.assembly.internal[0]
+    held, drained = _held(whole, static.mesh, own)
+    problem, old = static.problem, static.problem.assembly
+    places = np.array(sorted(held), dtype=np.int64)
+    values = np.array([held[b].thing.pressure for b in places.tolist()])
+    fixed = np.concatenate([problem.fixed, 3 * own.nodes + places])
+    target = np.concatenate([problem.target, -values / own.unit])
+    which = np.zeros(own.dofs - 3 * own.nodes, dtype=np.bool_)
+    which[places] = True
+    memories = Memories((Pores.at_rest(own, which), *static.beds.values()))
+    loads = static.unknowns.loads([energy for _, energy in static.driven])
+    assembly = Assembly(old.dofs, fixed, memories.energies, loads, old.points)
+    linear = replace(element_formulations.spared(Linear(), assembly), halved=True)
+    tolerance = min(problem.tolerance, TIGHT)
+    owners = [*owners_of(whole, static.mesh, workshop, problem.fixed), *(held[b] for b in places.tolist())]
+    problem = replace(problem, assembly=assembly, fixed=fixed, target=target, twin=None, linear=linear,
+                      tolerance=tolerance)  # fmt: skip
+    static = replace(static, problem=problem)
+    drains = tuple((d.name, np.array([b for b in places.tolist() if held[b] is d], dtype=np.int64))
+                   for d in whole.drains)  # fmt: skip
+    timed = Timed.of(whole, static.driven, owners, target)
+    made = PreparedSoaked(static, case, memories, timed, drains=drains)
+    return _judged(made, drained)
+
+
+def _held(case: Case, mesh: Mesh, energy: Seeping) -> tuple[dict[int, Declared], Ints]:
+    """Of every held pressure the support that holds it; and the facets (f,) that fluid goes through. Raises Fault."""
+    number = np.full(len(mesh.points), -1)
+    number[mesh.cells[:, : energy.pressures.shape[1]]] = energy.pressures - 3 * energy.nodes
+    found: dict[int, Declared] = {}
+    drained = [np.zeros(0, dtype=np.int64)]
+    for drain in case.drains:
+        drained.append(facets_of(drain, case, mesh))
+        nodes = mesh.facets[drained[-1]]
+        for node in np.unique(nodes[number[nodes] >= 0]).tolist():
+            known = found.setdefault(int(number[node]), drain)
+            _must_agree(known, drain, mesh.points[node])
+        if not any(known is drain for known in found.values()):
+            raise fault("E376", drain.at("where"), f"all that `{drain.name}` lets fluid through is another's that"
+                        " stands before it", "has no outflow of its own", "leave one of them out, or select other parts"
+                        " of the surface")  # fmt: skip
+    return found, np.concatenate(drained)
+
+
+def facets_of(drain: Declared, case: Case, mesh: Mesh) -> Ints:
+    """Which facets of the surface a support lets fluid through (f,). Raises Fault if none."""
+    chosen = grip(drain.thing.where, mesh).nodes
+    facets: Ints = np.flatnonzero(chosen[mesh.facets].all(axis=1))
+    if not len(facets):
+        raise fault("E376", drain.at("where"), f"`{drain.name}` has no facet of the surface of `{case.body.name}` as a"
+                    " whole", "lets nothing through",
+                    "select more of the surface, or use a finer mesh: fluid leaves through whole facets")  # fmt: skip
+    X = mesh.points[mesh.facets[facets]]
+    must_not_act_on_plane(case, drain, X, mesh.points)
+    must_not_act_on_axis(case, drain, X, mesh.points, partly=True)
+    return facets
+
+
+def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
+    """Raises Fault where two supports hold one pressure to different values, or by different courses."""
+    one, two = known.thing, other.thing
+    far = abs(one.pressure - two.pressure) > ALIKE * max(abs(one.pressure), abs(two.pressure))
+    if known is other or (not far and (one.course == two.course or not one.pressure)):
+        return
+    raise fault("E376", other.at("where"), f"`{known.name}` and `{other.name}` hold the fluid at the same points to"
+                " different pressures", "contradicts the other",
+                "select other parts of the surface; both have "
+                f"{units.show_all(place.tolist(), units.LENGTH)}")  # fmt: skip
+
+
+# ------------------------------------------------------------------ steps that are too short
+
+
+def _judged(made: PreparedSoaked, drained: Ints) -> PreparedSoaked:
+    """With the smallest step that does not oscillate at drained facets (f,), and a warning where steps are shorter."""
+    smallest = _smallest(made, drained)
+    times = [t for t, _ in made.timed.grid()]
+    steps = [b - a for a, b in pairwise(times) if b - a > SAME * made.analysis.step]
+    if not steps or min(steps) >= smallest * (1.0 - SAME):
+        return replace(made, smallest=smallest)
+    static = made.static
+    shown = units.show(float(f"{smallest:.3g}"), units.TIME)
+    note = diagnostic("W393", static.declared.at("size" if static.model.size else "element"),
+                      f"a step of {units.show(float(f'{min(steps):.3g}'), units.TIME)} is too short for the cells of"
+                      f" `{static.declared.name}` where fluid leaves", "pressures may oscillate",
+                      "soon after a load jumps fluid leaves a layer thinner than a cell: take steps of"
+                      f" {shown} or more, or cells that are finer there")  # fmt: skip
+    return replace(made, smallest=smallest, static=replace(static, notes=(*static.notes, note)))
+
+
+def _smallest(made: PreparedSoaked, drained: Ints) -> float:
+    """h^2 / (6 c) over what a stage is implicit in, s: h the height of cells at drained facets, c the consolidation.
+
+    Source: Vermeer and Verruijt (1981), "An accuracy condition for consolidation by finite elements", Int. J. Numer.
+    Anal. Methods Geomech. 5:1; c = k (lam + 2 mu).
+    """
+    material = made.case.material
+    c: float = material.permeability * (material.lame_lambda + 2.0 * material.shear_modulus)
+    h = float(_heights(made.static.mesh, drained).max(initial=0.0))
+    return h**2 / (6.0 * c * INNER)
+
+
+def _heights(mesh: Mesh, which: Ints) -> Floats:
+    """Of the cells behind boundary facets above them (f,), m."""
+    part = {4: 3.0, 6: 2.0, 8: 1.0}[mesh.element.corners]  # pyramids, wedges on a side, bricks
+    own = areas(mesh, *mesh.element.facet.quadrature())
+    found: Floats = part * mesh.volumes[mesh.facet_cells[which]] / own[which]
+    return found

@@ -1,0 +1,225 @@
+"""Which options of a finite element model go together: of its elements, and of what trades accuracy for speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem import conforming_mesh
+from softmark.interpreter.problem.body_case import elsewhere
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import Follower, Turning
+from softmark.solvers.elements import ELEMENTS, PLANE
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.models.fem.fem_declaration import Fem
+    from softmark.interpreter.problem.body_case import Case
+
+PACKAGES = {
+    "pardiso": "pypardiso",
+    "multigrid": "pyamg",
+}  # what a linear solver needs; both are in softmark[fast]
+SYMMETRIC = ("cholesky", "conjugate_gradients")
+
+Clash = tuple[str, str, str, str]  # field, problem, label, help
+
+
+def doubts(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """Options that do not go together, and linear solvers that are not installed."""
+    clashes = (
+        *_of_elements(model, case),
+        *_of_motion(model, case),
+        *_of_levers(model, case),
+        *_of_forces(model, case),
+        *_of_path(model, case),
+    )
+    found = (*clashes, *_not_installed(model))
+    return [diagnostic("E508", declared.at(field), problem, label, help) for field, problem, label, help in found]
+
+
+def listed(words: Iterable[str], last: str) -> str:
+    """`a, b or c`."""
+    *first, end = words
+    return f"{', '.join(first)} {last} {end}" if first else end
+
+
+def quoted(words: Iterable[str], last: str) -> str:
+    """The same, each as code."""
+    return listed((f"`{word}`" for word in words), last)
+
+
+def unmeshed(declared: Declared, reason: object) -> Diagnostic:
+    """An element that there is not."""
+    at, problem = declared.at("element"), f"`{declared.name}` cannot be meshed: {reason}"
+    help = f"use `element = {quoted(ELEMENTS, 'or')[1:]}"
+    return diagnostic("E508", at, problem, "no such mesh", help)
+
+
+def sized(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """A `size` where the body is a mesh already."""
+    if model.size is None or model.mesh is not None or not case.shape.prebuilt:
+        return []
+    at, body = declared.at("size"), case.body.name
+    problem = f"the `size` of `{declared.name}` is not used: `{body}` is a mesh already"
+    help = "its cells are taken as they are: leave `size` out, or mesh the body anew and name that file"
+    return [diagnostic("W376", at, problem, "has no effect", help)]
+
+
+def graded(model: Fem, declared: Declared, case: Case) -> Diagnostic | None:
+    """A mesh that is to be graded, and cannot be; or of which one half is said."""
+    if model.finer is None or model.towards is None:
+        given = next((name for name in ("finer", "towards") if getattr(model, name) is not None), None)
+        if given is None:
+            return None
+        help = "`towards = x <= 0 mm` says where" if given == "finer" else "`finer = 4` says how many times"
+        return diagnostic("E339", declared.at(given), f"`{declared.name}` has `{given}` alone", "how is it graded?",
+                          f"{help} cells are smaller: give both, or neither")  # fmt: skip
+    shape = case.shape
+    if model.mesh is not None or not (shape.gradable or shape.enclosed):
+        return diagnostic("E340", declared.at("finer"), f"the mesh of `{declared.name}` cannot be graded",
+                          "not of this shape", "boxes, cylinders, tubes, cones, extruded polygons, shells of "
+                          "spheres, quadrilaterals, quarter rings and filled surfaces have graded meshes; take a "
+                          "smaller `size`")  # fmt: skip
+    if conforming_mesh.graded(model.towards, shape, model.finer):
+        return None
+    ways = ", ".join(f"`{name}`" for name in shape.gradable)
+    problem = f"`{declared.name}` is graded towards nothing that its mesh follows"
+    help = f"cells can be finer where {ways} of the shape has a value, ends of the body included: `towards = x <= 0 mm`"
+    return diagnostic("E341", declared.at("towards"), problem, "no border there", help)
+
+
+def _of_elements(model: Fem, case: Case) -> Iterator[Clash]:
+    """Of integration and rotation, the first that does not fit."""
+    known = model.strain == "finite" and case.material.finite_law() is not None
+    table = PLANE if model.element in PLANE else ELEMENTS
+    fit = [name for name, element in table.items() if model.integration in element.integrations]
+    if model.element not in fit:
+        problem = f"{model.integration} integration is one of {listed(fit, 'and')}, not of {model.element}"
+        help = f"leave it out, or use {quoted(fit, 'or')}"
+        yield "integration", problem, f"only with {listed(fit, 'and')}", help
+    elif model.integration == "selective" and known and case.material.finite_parts() is None:
+        problem = f"the law of `{case.body.name}` does not come apart into shear and volume"
+        yield "integration", problem, "needs a law that does", "use `full`, or another material"
+    elif model.rotation == "element" and model.strain != "corotational":
+        problem, help = (
+            f"strain = {model.strain} has no rotation to choose",
+            "leave it out, or measure strain by",
+        )
+        yield "rotation", problem, "only with corotational", f"{help} `strain = corotational`"
+
+
+def _of_motion(model: Fem, case: Case) -> Iterator[Clash]:
+    """Levers that only a static analysis has."""
+    if not isinstance(case.analysis, Dynamic):
+        return
+    steps = "time steps keep factors and start from the state before: "
+    usual = {"precision": "double", "linear": "auto", "factorisation": "fresh", "start": None}
+    for field, value in usual.items():
+        if getattr(model, field) != value:
+            help = "leave it out; what a time step costs is chosen by `step`, `tolerance` and `cap`"
+            yield field, f"{steps}`{field}` is for static analyses", "not in a dynamic analysis", help
+
+
+def explicit(model: Fem, declared: Declared, case: Case) -> list[Diagnostic]:
+    """Steps that divide by a mass, and a mass that is a matrix."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic) or not analysis.explicit:
+        return []
+    found = [_dragged(declared, bed, analysis) for bed in case.beds if bed.thing.damping]
+    if model.mass != "consistent":
+        return found
+    problem = f"`{declared.name}` needs a lumped mass for {analysis.integrator}"
+    help = "add `mass = lumped`, or use an implicit integrator"
+    return [*found, diagnostic("E508", declared.at("mass"), problem, "a matrix that would have to be inverted", help)]
+
+
+def _dragged(declared: Declared, bed: Declared, analysis: Dynamic) -> Diagnostic:
+    """Dashpots make the steps of an explicit integrator shorter than its frequencies say."""
+    problem = f"`{declared.name}` cannot be marched by {analysis.integrator} on the dashpots of `{bed.name}`"
+    return diagnostic("E508", bed.at("damping"), problem, "not in explicit steps", "use an implicit integrator")
+
+
+def _of_levers(model: Fem, case: Case) -> Iterator[Clash]:
+    """Levers of static analyses that exclude each other."""
+    if isinstance(case.analysis, Dynamic):
+        return
+    if model.linear_cap is not None and model.linear != "conjugate_gradients":
+        help = "leave it out, or use `linear = conjugate_gradients`"
+        yield (
+            "linear_cap",
+            f"linear = {model.linear} has no iterations to cap",
+            "only with conjugate_gradients",
+            help,
+        )
+    if model.factorisation == "reused" and model.linear not in ("auto", "cholesky"):
+        yield (
+            "factorisation", f"linear = {model.linear} keeps no factor from one step to the next", "nothing to reuse",
+            "leave one of the two out",
+        )  # fmt: skip
+    if model.precision == "double":
+        return
+    if model.rotation == "element":
+        problem = "one rotation for each cell is computed in double precision only"
+        yield "precision", problem, "not with rotation = element", "leave one of the two out"
+    if model.factorisation == "reused":
+        yield (
+            "precision", "reused factors are corrected by residuals in double precision",
+            "not with factorisation = reused", "leave one of the two out: reused factors are single already",
+        )  # fmt: skip
+    if model.linear in PACKAGES:
+        help = "use `linear = auto`, `cholesky`, `superlu` or `conjugate_gradients`"
+        yield (
+            "precision",
+            f"linear = {model.linear} computes in double precision",
+            f"not with {model.linear}",
+            help,
+        )
+
+
+def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
+    """Levers that a path followed by its length does without."""
+    if case.analysis.path != "arc_length":
+        return
+    usual = {"cap": None, "precision": "double", "factorisation": "fresh", "start": None}
+    for field, value in usual.items():
+        if getattr(model, field) != value:
+            problem = f"`path = arc_length` goes from rest to full load with fresh factors: `{field}` has no part in it"
+            yield field, problem, "not along a path", "leave it out, or use `path = load`"
+    if model.linear in ("conjugate_gradients", "multigrid"):
+        problem = f"`path = arc_length` passes states that are unstable, which linear = {model.linear} cannot solve"
+        yield "linear", problem, "not along a path", "use `linear = auto`, or `path = load`"
+
+
+def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
+    """Linear solvers for symmetric matrices, and forces that have none."""
+    reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
+    follows = any(isinstance(load.thing.action, Follower | Turning) for load in case.loads) and model.strain != "small"
+    if isinstance(case.analysis, Dynamic) or not (reused or capped) or not (follows or model.rotation == "element"):
+        return
+    why = "one rotation for each cell" if model.rotation == "element" else "a load that follows the surface"
+    field = "linear" if capped else "factorisation"
+    word = f"{field} = {getattr(model, field)}"
+    help = "use `linear = auto`, `superlu` or `pardiso`" if capped else "leave it out"
+    yield field, f"{word} needs a symmetric matrix, and that of {why} is not", "not symmetric", help
+
+
+def _not_installed(model: Fem) -> Iterator[Clash]:
+    package = PACKAGES.get(model.linear)
+    if package is not None and find_spec(package) is None:
+        problem, help = f"linear = {model.linear} needs the package {package}", "pip install 'softmark[fast]'"
+        yield "linear", problem, "not installed", f"{help}, or leave it out"
+
+
+def starts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+    """What speaks against starting from another model's solution."""
+    if declared.thing.start is None:
+        return []
+    first = scene.declared[declared.thing.start]
+    if elsewhere(scene, first, case) is None:
+        return []
+    problem = f"`{declared.name}` is about `{case.body.name}`, and `{first.name}` is not"
+    return [diagnostic("E508", declared.at("start"), problem, "another body", "start from a model of the same body")]

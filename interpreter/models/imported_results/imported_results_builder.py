@@ -1,0 +1,314 @@
+"""Somebody else's displacements as a model: read, matched to the body, and looked at as any other's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.imported_results.imported_results_declaration import Results
+from softmark.interpreter.models.imported_results.missing_points import lacking
+from softmark.interpreter.models.imported_results.point_matching import POSITION, Floats, Matched, matched
+from softmark.interpreter.models.imported_results.readers import read
+from softmark.interpreter.models.imported_results.readers.result_frames import counted
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.support_compliance import kept, slips, vast
+from softmark.interpreter.models.imported_results.unmatched_results import Unmatched
+from softmark.interpreter.models.shared.deformed_mesh import Deformed
+from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.problem.body_case import Case, Fault, fault
+from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.probe_points import ProbePoints, drawn
+from softmark.interpreter.results.motion_history import History
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, InState, Quasistatic
+from softmark.records import dataclass
+from softmark.references.measured_data import Unreadable
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+WITHIN = 0.01  # of the diagonal of a body: how far it may lie outside
+SIMILAR = 0.05  # of a volume: more is said
+MOVES = 0.01  # of the greatest displacement: at the start it is none
+FEW, GAP = 4, 3.0  # moments by which a step is usual; times that: moments seem to be missing
+SAME = 1e-6  # of a time or a state: the same
+FACTORS = (1e-3, 1e-2, 0.0254, 0.1, 1.0, 10.0, 100.0, 1e3)  # units of length beside each other
+NEAR = 0.05  # of a factor
+ROW = "write a row for each point of a probe"
+ROUGH, CLOSER = 1e-3, 0.1  # of the diagonal: a fit that is looked at; times the misfit: what fits better
+MOVED = (
+    "its points have moved already: less their displacements they are those of the body",
+    'take the points themselves, `at = "position"`, with `rest`, a file of them undeformed',
+)
+
+
+@dataclass(frozen=True)
+class PreparedResults(Meshless):
+    """What a file tells of a body: displacements `u` (t, n, 3), m, of its points in the state of rest that is looked
+    at, or in a motion up to its end, at `times` (t,), s. The last are those of the state, and of the end.
+    `body` (b, 3), m, are points of its surface."""
+
+    declared: Declared
+    case: Case
+    found: Matched
+    body: Floats
+    times: Floats | None
+    u: Floats
+    facts: dict[str, Any]
+    doubts: tuple[Diagnostic, ...]
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """What speaks against it."""
+        return self.doubts
+
+    @property
+    def size(self) -> dict[str, int]:
+        """Points and cells of the file; no unknowns, for nothing is solved."""
+        return {"nodes": len(self.found.X), "elements": 0 if self.found.mesh is None else len(self.found.mesh.cells)}
+
+    @property
+    def points(self) -> Floats:
+        """None."""
+        return np.zeros((0, 3))
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """None."""
+        return []
+
+    def outside(self, X: Floats) -> float:
+        """How far the farthest of points X (n, 3), m, lies outside, where that is more than it may. Raises Fault where
+        it is known at its points alone and X are others."""
+        far = float(self.found.outside(X).max(initial=0.0))
+        if far > 0.0 and not self.found.spans:
+            away = f"a probe looks {units.show(far, units.LENGTH)} beside them"
+            if self.found.wired:
+                raise _unusable(self.declared, Unmatched(f"between its points a rod is bent, and {away}", ROW))
+            raise _unusable(self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh"))
+        return far if far > _within(self.declared.thing, self.body) else 0.0
+
+    def solve(self, watch: Watch) -> Solution:
+        """Nothing: what the file tells."""
+        found, last = self.found, self.u[-1:]
+        history = frames = None
+        if self.times is not None:
+            step = float(np.diff(self.times).max(initial=0.0))
+            history, frames = History(self.times, lambda X: found.at(X, self.u), (), (), step), self.u
+        mesh = None if found.mesh is None else Deformed(found.mesh, last[0], self.times, frames)
+
+        def displacement(X: Floats) -> Floats:
+            moved: Floats = found.at(X, last)[0]
+            return moved
+
+        return Solution("read", None, {"match": self.facts}, displacement, history=history, mesh=mesh)
+
+
+def load(model: Results) -> None:
+    """Nothing more."""
+
+
+def prepare(model: Results, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """What the file tells, matched to the body. Raises Fault."""
+    key = ("results", model.path, model.at, model.rest, model.unit, model.time, model.by, case.body.name)
+    if key not in workshop.meshes:
+        workshop.meshes[key] = _matched(model, declared, case)
+    found, told = workshop.meshes[key]
+    times, u, said = _state(declared, case, found)
+    if ("drawn", case.body.name) not in workshop.meshes:
+        workshop.meshes["drawn", case.body.name] = drawn(case)
+    place = workshop.meshes["drawn", case.body.name]
+    if (*key, model.within) not in workshop.meshes:
+        workshop.meshes[*key, model.within] = _fits(model, declared, case, place, found)
+    fits, notes = workshop.meshes[*key, model.within]
+    each, most = kept(case, place, found, u[-1]), float(np.linalg.norm(u[-1], axis=1).max())
+    notes = (*notes, *_gaps(declared, times), *_begins(declared, times, u), *slips(declared, case, each, most))
+    notes = (*notes, *vast(declared, case, place, most))
+    strays = {own.support.name: own.far for own in each}
+    facts = {"field": found.name, **said, **fits, "supports": strays, "unused": _unused(told, case)}
+    return PreparedResults(declared, case, found, place.X, times, u, facts, notes)
+
+
+def _read(declared: Declared, field: str) -> Told:
+    try:
+        return read(Path(getattr(declared.thing, field)))
+    except Unreadable as error:
+        at = declared.at(field)
+        raise fault("E700", at, f"{error.name}: {error.reason}", "cannot be used", error.remedy) from None
+
+
+def _matched(model: Results, declared: Declared, case: Case) -> tuple[Matched, Told]:
+    told, rest = _read(declared, "path"), _read(declared, "rest") if model.rest else None
+    nodes: Mesh | None = located(case.shape, declared.at("by")).named() if model.by == "nodes" else None
+    try:
+        depth = case.body.thing.thickness if case.planar else None
+        return matched(told, model.at, rest, model.unit, model.time, nodes, depth, case.shape.wired), told
+    except Unmatched as error:
+        raise _unusable(declared, error) from None
+
+
+def _unusable(declared: Declared, error: Unmatched) -> Fault:
+    at = declared.at("at") if "at" in declared.fields else declared.at("path")
+    return fault("E701", at, f"{Path(declared.thing.path).name}: {error.reason}", "cannot be used", error.remedy)
+
+
+def _unused(told: Told, case: Case) -> list[str]:
+    """What of a file nothing looks at, in words: plane cells are what a plane body is matched by."""
+    seen = counted(len(told.flat[1]), told.flat[0]) if told.flat and case.planar else ""
+    return [word for word in told.left if word != seen]
+
+
+# ------------------------------------------------------------------ which of its times
+
+
+def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | None, Floats, dict[str, Any]]:
+    """Times (t,) of a motion, displacements (t, n, 3) as asked for, and what is said of the file's. Raises Fault."""
+    count, times, analysis = len(found.u), found.times, case.analysis
+    said = {"times": count, "first": _end(times, 0), "last": _end(times, -1)}
+    if isinstance(analysis, Dynamic):
+        return *_moving(declared, found, analysis.duration), said
+    at = analysis.at if isinstance(analysis, InState) else analysis.now if isinstance(analysis, Quasistatic) else None
+    if at is None:
+        return None, found.u[-1:], said
+    near = None if times is None else np.flatnonzero(np.abs(times - at) <= SAME * max(1.0, abs(at)))
+    if near is not None and len(near):
+        return None, found.u[near[:1]], said | {"state": at}
+    of = "time" if isinstance(analysis, Quasistatic) else "state"
+    shown = units.show(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
+    has = "it has no times" if times is None else f"it has {count}, from {times[0]:.6g} to {times[-1]:.6g}"
+    remedy = "write a series (.pvd) with one entry for each, or leave `states` out of the analysis"
+    if of == "time":
+        remedy = (
+            "write a series (.pvd) with a moment at each of the times that are asked for, in its unit, `time = 1 ms`"
+        )
+    at_file = declared.at("path")
+    raise fault("E703", at_file, f"{Path(declared.thing.path).name} tells nothing of the {of} {shown}", has, remedy)
+
+
+def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats, Floats]:
+    """Its times and displacements up to the end of a motion, there linear between two of them. Raises Fault."""
+    times, name = found.times, Path(declared.thing.path).name
+    if times is None or len(times) < 2:
+        raise fault("E703", declared.at("path"), f"{name} is no motion", "one time, or none", "write a series (.pvd), "
+                    "or a table with a column of times")  # fmt: skip
+    step = float(np.diff(times).max())
+    if abs(times[0]) > SAME * duration or times[-1] < duration - SAME * duration:
+        span = f"from {units.show(float(times[0]), units.TIME)} to {units.show(float(times[-1]), units.TIME)}"
+        raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
+                    f"asked for: 0 to {units.show(duration, units.TIME)}",
+                    "`time = 1 ms` is one unit of its times; else write the whole motion, from rest on")  # fmt: skip
+    last = int(np.searchsorted(times, duration - SAME * step))
+    if times[last] <= duration + SAME * step:
+        return times[: last + 1], found.u[: last + 1]
+    share = (duration - times[last - 1]) / (times[last] - times[last - 1])
+    end = (1.0 - share) * found.u[last - 1] + share * found.u[last]
+    return np.append(times[:last], duration), np.concatenate([found.u[:last], end[None]])
+
+
+def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
+    """That moments of a motion, at times (t,), s, seem to be missing."""
+    if times is None or len(times) < FEW:
+        return
+    steps = np.diff(times)
+    usual, i = float(np.median(steps)), int(np.argmax(steps))
+    if steps[i] > GAP * usual:
+        start, end = (units.show(float(t), units.TIME) for t in times[i : i + 2])
+        yield diagnostic("W701", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing between {start} "
+                         f"and {end}, {steps[i] / usual:.3g} times its usual step", "moments are missing?",
+                         "in between displacements are taken for linear: write all moments")  # fmt: skip
+
+
+def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Diagnostic]:
+    """That a motion, displacements u (t, n, 3), m, does not begin where the body is undeformed."""
+    if times is None:
+        return
+    start, most = (float(np.linalg.norm(own, axis=-1).max()) for own in (u[0], u))
+    if start > MOVES * most:
+        by, name = units.show(start, units.LENGTH), Path(declared.thing.path).name
+        problem = f"{name} has `{declared.name}` displaced by {by} at 0 s, where a motion begins undeformed"
+        remedy = "write the motion from its first moment on, at its own times"
+        yield diagnostic("W701", declared.at("path"), problem, "moments are missing?", remedy)
+
+
+def _end(times: Floats | None, which: int) -> float | None:
+    return None if times is None else float(times[which])
+
+
+# ------------------------------------------------------------------ how well it fits
+
+
+def _diagonal(X: Floats) -> float:
+    """Of what bounds points (n, 3), m: those of a body that is a file are known when it is read, and not before."""
+    return float(np.linalg.norm(np.ptp(X, axis=0)))
+
+
+def _within(model: Any, body: Floats) -> float:
+    within: float | None = model.within
+    return WITHIN * _diagonal(body) if within is None else within
+
+
+def _fits(
+    model: Results, declared: Declared, case: Case, place: ProbePoints, found: Matched
+) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
+    """How the file stands to the body, which is drawn at a place, and warnings where they differ. Raises Fault."""
+    X = place.X
+    try:
+        far, beyond = _misfit(found, X)
+        most = max(far, beyond)
+        if most > ROUGH * _diagonal(X) and found.name != POSITION:
+            rest = replace(found, X=found.X - found.u[-1], mesh=None)
+            if max(_misfit(rest, X)) < CLOSER * most:
+                raise _unusable(declared, Unmatched(*MOVED))
+    except Unmatched as error:
+        raise _unusable(declared, error) from None
+    if most > _within(model, X):
+        raise Fault(_apart(model, declared, case, found, X, most))
+    told = {"outside": far, "beyond": beyond, "volume": None}
+    whole = case.shape.volume
+    if found.mesh is None:
+        facts, notes = lacking(declared, case, place, found)
+        return told | facts, notes
+    if not whole:
+        return told, ()
+    share = float(found.mesh.volumes.sum()) / whole
+    told["volume"] = share
+    if abs(share - 1.0) <= SIMILAR:
+        return told, ()
+    note = diagnostic("W700", declared.at("path"), f"the mesh of `{declared.name}` has {100 * share:.3g} % of the "
+                      f"volume of `{case.body.name}`", "not the same body", "if it is a coarse mesh of it, that is "
+                      "its error; else judge it by a scene of its own body")  # fmt: skip
+    return told, (note,)
+
+
+def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
+    """How far the surface of the body (n, 3), m, lies outside, and the file's points beyond what it spans, m.
+
+    A table along a line or on a surface covers no body, and must not: its probes are looked at where they lie.
+    """
+    low, high = body.min(axis=0), body.max(axis=0)
+    beyond = float(np.maximum(low - found.X, found.X - high)[:, : found.ways].max())
+    far = float(found.outside(body).max(initial=0.0)) if found.spans else 0.0
+    return far, max(0.0, beyond)
+
+
+def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
+    """That the body does not lie in what the file covers, with the unit that would do if one does."""
+    spans = (" x ".join(units.show(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
+    ratio = _diagonal(body) / found.extent if found.extent else 0.0
+    factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)
+    remedy = "judge results of the same body, in the same place; `within` lets more pass"
+    if factor is not None:
+        remedy = f"is its unit another? with `unit = {units.show(model.unit * factor, units.LENGTH)}` it has the size"
+    return diagnostic(
+        "E702", declared.at("unit") if factor is not None else declared.at("path"),
+        f"{Path(model.path).name} does not cover `{case.body.name}`: they are up to "
+        f"{units.show(most, units.LENGTH)} apart",
+        "its points span {}, the body {}".format(*spans), remedy,
+    )  # fmt: skip

@@ -1,0 +1,76 @@
+"""What somebody else has computed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+
+NOTHING = "nothing was solved here: a file of displacements says"
+
+
+@dataclass(frozen=True)
+class Results(Model):
+    """Displacements from a file that another program has written: judged as any model is; nothing is solved.
+
+    Files are VTU, PVD, VTK, XDMF, CalculiX's FRD, FEBio's XPLT and CSV tables. Points of the file are undeformed, and
+    `at` names the vectors that are their displacements; where the file has none but moved points, `at = "position"`,
+    and `rest` is a file with the same points undeformed, or the first of the series is. Programs that write moved
+    points beside the displacements need `position` too. Where the file has cells, a point of the body
+    moves as the cell does that it lies in; where it has points alone, as the nearest one if that is within 1e-6 of the
+    body's size, else by linear interpolation between points around it. `by = nodes` takes the numbers of nodes instead
+    of their places: those of the body's own mesh file, in its order.
+
+    Of plane bodies files have plane cells, points at one z, or a slice one cell thick, whatever its thickness; places
+    are looked up by x and y, of a body of revolution by the distance from its axis and y. Of networks a file has the
+    points of the probes: between those rods are bent.
+
+    The body must lie in what the file covers: how far its surface lies outside at most, and the volume of the file's
+    mesh in that of the body, are in `solve.match` of the report; farther than `within` is refused. A series is matched
+    by its `time`: a motion is that of the series, linear between its times; a state is that of the same value. Nobody
+    solved here, so there is no residual, no stability, no stress, no reaction and no time, and each is refused with
+    that reason. Its status is `read`, it has no part in `dsl stress`, and it is unchecked: references alone judge it.
+    """
+
+    loads = (object,)
+    supports = (object,)
+    bedded = touches = wired = composite = graded = directed = remembers = soaks = read = True
+    timed = False
+    unwalked = "a file says what it says, whatever is walked"
+    forceless = f"{NOTHING} nothing of forces"
+
+    path: Annotated[str, "file", "the file: .vtu, .pvtu, .pvd, .vtk, .xdmf, .frd, .xplt or .csv"]
+    unit: Annotated[float, "m in (0, inf)", "one unit of the file's lengths, such as 1 mm"]
+    at: Annotated[str, 'the vectors by their name in the file, or "position"; none: the only ones it may be'] = ""
+    rest: Annotated[str, "file", "a file with the same points undeformed, for `position`"] = ""
+    time: Annotated[float, "s in (0, inf)", "one unit of the file's times"] = 1.0
+    by: Annotated[Literal["place", "nodes"], "what points are known by"] = "place"
+    within: Annotated[
+        float | None, "m in (0, inf)", "how far the body may lie outside; 1 % of its diagonal if none"
+    ] = None
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    @property
+    def stress_law(self) -> str:
+        """Why there is none."""
+        return f"{NOTHING} nothing of stress"
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What it cannot be matched to."""
+        if self.by == "nodes" and (case.planar or not case.shape.file):
+            why = "a slice of plane cells" if case.planar else "not a mesh file"
+            also = "" if case.planar or case.shape.wired else ", or make the body of the mesh file that was solved on"
+            remedy = f"match by place{also}"
+            return [diagnostic("E705", declared.at("by"), f"`{case.body.name}` has no nodes of its own", why, remedy)]
+        return []
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan."""
+        return f"read from {self.path}, nothing is solved"

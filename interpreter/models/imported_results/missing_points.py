@@ -1,0 +1,52 @@
+"""Points that a table without cells seems to lack: between its points displacements are taken for linear."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.imported_results.point_matching import Matched
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.probe_points import ProbePoints, throughout
+from softmark.solvers.mesh.shapes import MeshFile
+
+HOLE = 3.0  # times the usual distance: farther from the next point some seem to be missing
+SAME = 1e-4  # of the extent: a row that is so near to a node is the node's, by its digits
+MOST = 0.5  # of the nodes of a body have rows: the table is one of its nodes
+WRITE = "there displacements are taken for linear: write all points, or a file with cells"
+
+
+def lacking(
+    declared: Declared, case: Case, place: ProbePoints, found: Matched
+) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
+    """How far places of the body are from the next row of a table, m, how far rows are from each other, how many nodes
+    of a body that is a file have no row, and a warning of either. Of a table that spans nothing, zeros: it covers no
+    body, and is looked at where its points lie."""
+    if not found.spans or len(found.X) < 2:
+        return {"between": 0.0, "usual": 0.0, "lacks": None}, ()
+    hole, usual = float(found.apart(throughout(case, place)).max(initial=0.0)), found.usual
+    file = Path(declared.thing.path).name
+    told = {"between": hole, "usual": usual, "lacks": None}
+    if isinstance(shape := located(case.shape, case.shaped), MeshFile):
+        off = found.apart(shape.points())
+        none = off > SAME * found.extent
+        told["lacks"] = int(none.sum())
+        if 0.0 < none.mean() <= 1.0 - MOST:
+            away = units.show(float(off.max()), units.LENGTH)
+            problem = (
+                f"{file} has no row for {none.sum()} of the {len(none)} nodes of `{case.body.name}` "
+                f"({100 * none.mean():.3g} %): the farthest is {away} from the next row"
+            )
+            return told, (diagnostic("W702", declared.at("path"), problem, "points are missing?", WRITE),)
+    if hole <= HOLE * usual:
+        return told, ()
+    away, near = (units.show(v, units.LENGTH) for v in (hole, usual))
+    problem = (
+        f"{file} has no point within {away} of a place in `{case.body.name}`, where others are at most {near} apart"
+    )
+    return told, (diagnostic("W702", declared.at("path"), problem, "points are missing?", WRITE),)

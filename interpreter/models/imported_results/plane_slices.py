@@ -1,0 +1,57 @@
+"""Results of a plane body: its slice, which stands on plane cells of a file, or is the one layer of cells that it has.
+
+All z move as one in a slice, so that places are looked up by x and y alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
+from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+from softmark.solvers.mesh.files.plane_cells import standing_on
+from softmark.solvers.mesh.mesh import Mesh
+
+Which = NDArray[np.int64]
+LAYERS = "give the cells or points of one plane, z = 0, or a slice that is one cell thick"
+
+
+def slice_of(X: Floats, told: Told, depth: float) -> tuple[Mesh, Which] | None:
+    """The slice, so thick (m), on the plane cells of points X (n, 3), m, and which of these each of its nodes is.
+
+    None where the file has none. Raises Unmatched.
+    """
+    if told.flat is None:
+        return None
+    kind, cells = told.flat
+    try:
+        mesh = standing_on(X, cells, kind)
+    except UnreadableMesh as error:
+        raise Unmatched(f"its plane cells are no slice: {error}", error.remedy or LAYERS) from None
+    which = _nodes(mesh, X, cells)
+    mesh.points[:, 2] *= depth / np.ptp(mesh.points[:, 2])
+    return mesh, which
+
+
+def _nodes(mesh: Mesh, X: Floats, cells: Ints) -> Which:
+    """By cells, for points of several may lie in one place: each node is that of its cell which has its x and y."""
+    which = np.empty(len(mesh.points), dtype=np.int64)
+    for own, flat in zip(mesh.cells, cells, strict=True):
+        apart = mesh.points[own, None, :2] - X[None, flat, :2]  # (a, b, 2)
+        which[own] = flat[(apart**2).sum(axis=2).argmin(axis=1)]
+    return which
+
+
+def one_layer(X: Floats, mesh: Mesh | None) -> None:
+    """Raises Unmatched where points X (n, 3), or cells, are several above each other."""
+    z = X[:, 2]
+    thick, extent = float(np.ptp(z)), float(np.linalg.norm(np.ptp(X, axis=0)))
+    if mesh is None:
+        if thick > SAME * extent:
+            raise Unmatched("its points lie in several planes, and the body is a slice of one", LAYERS)
+        return
+    own = z[mesh.cells]
+    if float(np.ptp(own, axis=1).min()) < (1.0 - SAME) * thick:
+        raise Unmatched("its cells lie in several layers, and the body is a slice of one", LAYERS)

@@ -1,0 +1,239 @@
+"""What a file tells, matched to a body: undeformed points, displacements from time to time, and what lies outside."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.imported_results.plane_slices import one_layer, slice_of
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
+from softmark.records import dataclass
+from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.mesh import Mesh
+
+Floats = NDArray[np.float64]
+
+POSITION = "position"
+USUALLY = 0.9  # of the points of a table are as near to the next one, or nearer
+USUAL = ("displacement", "displacements", "disp", "u", "deplacement", "displ")  # names of it, in small letters
+# what vectors are that are no displacements, by how their names begin, in small letters
+OTHERS = (
+    "velo",
+    "acce",
+    "forc",
+    "reac",
+    "norm",
+    "stre",
+    "stra",
+    "trac",
+    "flux",
+    "heat",
+    "grad",
+    "coor",
+    "mome",
+    "rota",
+)
+
+
+@dataclass(frozen=True)
+class Matched:
+    """Undeformed points `X` (n, 3), m, and their displacements `u` (t, n, 3), m, at `times` (t,), s, if the file has
+    some. `mesh` is what connects them, None of points alone; `name` is what the file calls the displacements. Of a
+    `flat` body, a slice, z says nothing; of a `wired` one, of rods, nothing is known between points."""
+
+    X: Floats
+    u: Floats
+    times: Floats | None
+    mesh: Mesh | None
+    name: str
+    flat: bool = False
+    wired: bool = False
+
+    @cached_property
+    def extent(self) -> float:
+        """The diagonal of the points, m."""
+        return float(np.linalg.norm(np.ptp(self.X, axis=0)))
+
+    def at(self, X: Floats, u: Floats) -> Floats:
+        """Displacements of material points X (k, 3), m, by those of its points u (t, n, 3): (t, k, 3), m."""
+        which, share = self.places(X)[:2]
+        found: Floats = np.einsum("ka,tkai->tki", share, u[:, which])
+        return found
+
+    def outside(self, X: Floats) -> Floats:
+        """How far points X (k, 3), m, lie outside of what it covers (k,), m."""
+        return self.places(X)[2]
+
+    def places(self, X: Floats) -> tuple[Any, Floats, Floats]:
+        """Points (k, a) with shares (k, a) of them, and how far outside (k,), m."""
+        X = self._level(X)
+        if self.mesh is None:
+            return self._between(X)
+        place = locate(self.mesh, X)
+        return place.nodes, place.N, place.outside
+
+    def _level(self, X: Floats) -> Floats:
+        """Points (k, 3), m, of a slice where its own are, whose z says nothing."""
+        if not self.flat:
+            return X
+        return np.column_stack([X[:, :2], np.full(len(X), 0.5 * (self.X[:, 2].min() + self.X[:, 2].max()))])
+
+    def _between(self, X: Floats) -> tuple[Any, Floats, Floats]:
+        """Of points alone: the nearest where it is the same, those of the simplex around it, or the nearest outside."""
+        far, nearest = self._tree.query(X)
+        many = self.ways + 1
+        which, share = np.repeat(nearest[:, None], many, axis=1), np.tile(np.eye(many)[0], (len(X), 1))
+        beside = np.flatnonzero(far > SAME * self.extent)
+        if not len(beside):
+            return which, share, np.zeros(len(X))
+        outside = np.where(far > SAME * self.extent, far, 0.0)
+        if not self.spans:
+            return which, share, outside
+        X = X[:, : self.ways]
+        simplex = self._simplices.find_simplex(X[beside])
+        within, simplex = beside[simplex >= 0], simplex[simplex >= 0]
+        T = self._simplices.transform[simplex]
+        first = np.einsum("kij,kj->ki", T[:, :-1], X[within] - T[:, -1])
+        which[within] = self._simplices.simplices[simplex]
+        share[within] = np.column_stack([first, 1.0 - first.sum(axis=1)])
+        outside[within] = 0.0
+        return which, share, outside
+
+    def apart(self, X: Floats) -> Floats:
+        """How far points X (k, 3), m, are from the next of its own (k,), m."""
+        found: Floats = self._tree.query(self._level(X))[0]
+        return found
+
+    @property
+    def usual(self) -> float:
+        """What most of its own points are from each other, m."""
+        return float(np.quantile(self._tree.query(self.X, k=2)[0][:, 1], USUALLY))
+
+    @property
+    def ways(self) -> int:
+        """Directions that its points are to span."""
+        return 2 if self.flat else 3
+
+    @cached_property
+    def spans(self) -> bool:
+        """Whether anything lies between its points: those of a table along a line or on a surface alone span nothing,
+        and are known at themselves."""
+        if self.mesh is not None or self.wired:
+            return not self.wired
+        X = self.X[:, : self.ways]
+        extents = np.linalg.svd(X - X.mean(axis=0), compute_uv=False)
+        return len(extents) == self.ways and bool(extents[-1] > SAME * extents[0])
+
+    @cached_property
+    def _tree(self) -> Any:
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.X)
+
+    @cached_property
+    def _simplices(self) -> Any:
+        """Raises Unmatched where the points span no volume."""
+        from scipy.spatial import Delaunay, QhullError
+
+        try:
+            return Delaunay(self.X[:, : self.ways])
+        except (QhullError, ValueError):
+            reason = "its points span next to no volume, and nothing can be told between them"
+            raise Unmatched(reason, "give a file with cells, or a table at the points of the probes alone") from None
+
+
+def matched(
+    told: Told, at: str, rest: Told | None, unit: float, time: float, nodes: Mesh | None, depth: float | None = None,
+    wired: bool = False,
+) -> Matched:  # fmt: skip
+    """By the name of the displacements or `position`; by `nodes` where their mesh is given. Raises Unmatched.
+
+    `depth`, m, is how thick a plane body is, None of a solid; one of rods is `wired`, and has points alone.
+    """
+    name, X, u = _moved(told, at, rest)
+    times = None if told.times is None else time * np.asarray(told.times, dtype=np.float64)
+    if times is not None and np.any(np.diff(times) <= 0.0):
+        raise Unmatched("its times do not grow", "write the series in the order of time, each time once")
+    if nodes is not None:
+        if len(X) != len(nodes.points):
+            reason = f"it has {len(X)} points, and the mesh of the body has {len(nodes.points)} nodes"
+            raise Unmatched(reason, "match `by = place`, or give the file of the mesh that was solved on")
+        return Matched(nodes.points, unit * u, times, nodes, name)
+    if depth is not None and (made := slice_of(unit * X, told, depth)) is not None:
+        slab, which = made
+        return Matched(slab.points, unit * u[:, which], times, slab, name, flat=True)
+    mesh = None if wired else _mesh(unit * X, told)
+    if depth is not None:
+        one_layer(unit * X, mesh)
+    if mesh is None:
+        _once(X, u)
+    return Matched(unit * X, unit * u, times, mesh, name, depth is not None, wired)
+
+
+def _moved(told: Told, at: str, rest: Told | None) -> tuple[str, Floats, Floats]:
+    """The name of what moves, undeformed points (n, 3) and displacements (t, n, 3), in the file's unit."""
+    if at == POSITION:
+        x = told.points[None] if told.moved is None else told.moved
+        if rest is None and told.moved is None:
+            reason = "it has one set of points, and nothing says where they were undeformed"
+            raise Unmatched(reason, 'name a file with them undeformed: `rest = "..."`')
+        X = x[0] if rest is None else rest.points
+        if len(X) != x.shape[1]:
+            reason = f"it has {x.shape[1]} points, and the undeformed file {len(X)}"
+            raise Unmatched(reason, "give files of the same mesh")
+        return POSITION, X, x - X
+    name = _name(told, at)
+    u = told.fields[name]
+    if told.moved is None:
+        return name, told.points, u
+    X = told.moved - u  # files of deformed meshes that have their displacements as well
+    if np.abs(X - X[0]).max() > SAME * max(float(np.ptp(X[0], axis=0).max()), 1e-300):
+        reason = f"its points move from time to time, and not by `{name}`"
+        raise Unmatched(reason, 'take the points themselves: `at = "position"`')
+    return name, X[0], u
+
+
+def _name(told: Told, at: str) -> str:
+    """Which of the vectors are the displacements. Raises Unmatched."""
+    other = 'for points that moved `at = "position"`'
+    if not told.fields:
+        raise Unmatched("it has no vectors at its points", f"write displacements there; {other}")
+    has = f"it has {', '.join(f'`{n}`' for n in told.fields)}"
+    if at:
+        if at not in told.fields:
+            raise Unmatched(f"it has no vectors `{at}` at its points", f"{has}; {other}")
+        return at
+    usual = [n for n in told.fields if n.lower() in USUAL]
+    if len(usual) == 1:
+        return usual[0]
+    if len(told.fields) == 1 and not (only := next(iter(told.fields))).lower().startswith(OTHERS):
+        return only
+    raise Unmatched(f"it does not say which vectors are displacements: {has}", f'name them, `at = "..."`; {other}')
+
+
+def _once(X: Floats, u: Floats) -> None:
+    """Raises Unmatched where points X (n, 3) without cells are one, and move apart by u (t, n, 3)."""
+    extent = float(np.ptp(X, axis=0).max())
+    order = np.lexsort(np.round(X / (SAME * extent or 1.0)).T)
+    same = np.abs(np.diff(X[order], axis=0)).max(axis=1, initial=0.0) <= SAME * extent
+    apart = np.abs(np.diff(u[:, order], axis=1)).max(axis=(0, 2)) > SAME * max(float(np.abs(u).max()), 1e-300)
+    if len(wrong := np.flatnonzero(same & apart)):
+        one, other = sorted(order[wrong[0] : wrong[0] + 2].tolist())
+        reason = f"its points {one} and {other}, counted from 0, lie in one place and move apart"
+        raise Unmatched(reason, "leave one of them out, or give a file with cells, which say whose they are")
+
+
+def _mesh(X: Floats, told: Told) -> Mesh | None:
+    """What connects points at X (n, 3), m. Raises Unmatched where cells are inside out."""
+    if told.cells is None or told.kind is None:
+        return None
+    mesh = Mesh(np.ascontiguousarray(X), told.cells, told.kind)
+    turned = int(np.count_nonzero(mesh.volumes <= 0.0))
+    if turned:
+        reason = f"{turned} of its {len(mesh.cells)} cells are inside out or flat, undeformed"
+        raise Unmatched(reason, "its points may be deformed ones: name a file with them undeformed, `rest`, or mend it")
+    return mesh

@@ -1,0 +1,87 @@
+"""Files of results, as they are: what they tell, without a unit and matched to nothing.
+
+A format is one file here, with `read(file) -> Told`, and one line in READERS; it is imported when a file of it is read.
+Files are hostile: what is wrong with one ends as Unreadable, within the memory that its size allows.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from contextlib import redirect_stderr, redirect_stdout
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.references.measured_data import UNPACK, Unreadable, must_be_unpacked
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.imported_results.result_file import Told
+
+READERS = {
+    ".vtu": "vtu", ".pvd": "pvd", ".vtk": "vtk", ".xdmf": "xdmf", ".xmf": "xdmf", ".frd": "frd", ".csv": "csv_results",
+    ".pvtu": "pvtu", ".xplt": "xplt",
+}  # fmt: skip
+INSTEAD = {  # of formats that are not read, what to name
+    ".h5": "name the .xdmf that belongs to it",
+    ".hdf5": "name the .xdmf that belongs to it",
+    ".dat": "ask CalculiX for `*NODE FILE` and name the .frd",
+    ".bp": "write XDMF, or VTK for ParaView",
+    ".gz": UNPACK,
+    ".vtm": "merge the blocks in ParaView and save them as .vtu",
+    ".vtp": "give the solid, or the points of the surface as .csv",
+}
+LARGEST = 2 << 30  # bytes of a file, and of all files of a series
+AGAIN = "write the file again: it may be cut off, or its name may not say its format"
+
+
+def read(file: Path) -> Told:
+    """What a file of results tells. Raises Unreadable with the reason and what to do."""
+    suffix = file.suffix.lower()
+    if suffix not in READERS:
+        *known, last = READERS
+        reason = f"results are read from {', '.join(known)} and {last}"
+        raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, .vtu for one"))
+    _there(file)
+    reader = import_module(f"{__name__}.{_by_content(file, READERS[suffix])}")
+    try:
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            # what numpy says of text that is no number, in place of an error
+            warnings.filterwarnings("error", message="string or file could not be read")
+            told: Told = reader.read(file)
+    except Unreadable:
+        raise
+    except Exception as error:  # readers raise what they like
+        from softmark.resource_limits import reason_of
+
+        raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", AGAIN) from None
+    return told
+
+
+def _by_content(file: Path, reader: str) -> str:
+    """The reader of a file of VTK by what it holds: either ending may have either format."""
+    if reader not in ("vtk", "vtu"):
+        return reader
+    from softmark.solvers.mesh.files.vtk import legacy_vtk, vtu_conversion
+
+    with file.open("rb") as data:
+        head = data.read(4096)
+    return "vtu" if vtu_conversion.recognised(head) else "vtk" if legacy_vtk.recognised(head) else reader
+
+
+def _there(file: Path) -> None:
+    """Raises Unreadable where there is no file, nothing in it, or more than is read."""
+    try:
+        must_be_unpacked(file)
+        size = file.stat().st_size
+    except FileNotFoundError:
+        known = "the path is relative to the folder of the scene"
+        raise Unreadable(file.name, f"there is no file {file}", known) from None
+    except OSError as error:
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "name a file that can be") from None
+    if not size:
+        raise Unreadable(file.name, "it is empty", AGAIN)
+    if size > LARGEST:
+        reason = f"it has {size / 2**30:.1f} GiB, and {LARGEST >> 30} GiB are read"
+        raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")

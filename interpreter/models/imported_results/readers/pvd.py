@@ -1,0 +1,47 @@
+"""PVD, ParaView's series of VTU files, or PVTU of one part, with their times: all in its own folder or below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from softmark.interpreter.models.imported_results.readers import LARGEST
+from softmark.interpreter.models.imported_results.readers.pvtu import part
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Moment, told
+from softmark.interpreter.models.imported_results.readers.vtu import read_moment
+from softmark.interpreter.models.imported_results.readers.xml_trees import parsed, within
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.references.csv_tables import NUMBER
+from softmark.references.measured_data import Unreadable
+from softmark.resource_limits import limited_resources
+from softmark.safe_files import read_regular
+
+
+def read(file: Path) -> Told:
+    """All moments. Raises Unreadable."""
+    with limited_resources(file):
+        top = parsed(file.name, read_regular(file), "VTKFile")
+    entries = [(e.get("file", ""), e.get("timestep", ""), e.get("part", "0")) for e in top.iter("DataSet")]
+    if any(part not in ("", "0") for _, _, part in entries):
+        raise Unreadable(file.name, "its moments are in several parts", "merge them in ParaView, and save one for each")
+    files = [within(file.name, file.parent, path) for path, _, _ in entries]
+    if len(set(files)) < len(files):
+        raise Unreadable(file.name, "it names one file for several moments", "give each moment a file of its own")
+    if other := next((f for f in files if f.suffix.lower() not in (".vtu", ".pvtu")), None):
+        raise Unreadable(file.name, f"it names `{other.name}`, and a series is of .vtu files", "save its files as .vtu")
+    files = [part(f) if f.suffix.lower() == ".pvtu" else f for f in files]
+    size = sum(f.stat().st_size for f in files)
+    if size > LARGEST:
+        reason = f"its files have {size / 2**30:.1f} GiB in all, and {LARGEST >> 30} GiB are read"
+        raise Unreadable(file.name, reason, "keep fewer moments, or fewer fields")
+    with limited_resources(file, size):
+        return told(file.name, _moments(file.name, files, [time for _, time, _ in entries]))
+
+
+def _moments(name: str, files: list[Path], times: list[str]) -> Iterator[Moment]:
+    """One after the other, at the times of the series. Raises Unreadable."""
+    for file, time in zip(files, times, strict=True):
+        if time and not NUMBER.fullmatch(time.strip()):
+            raise Unreadable(name, f"`{time[:40]}` is no time", AGAIN)
+        yield replace(read_moment(file), time=float(time) if time else None)

@@ -1,0 +1,34 @@
+"""PVTU names the VTU files of the parts of a mesh, as programs that may run in parallel write it: one part is read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from softmark.interpreter.models.imported_results.readers import vtu
+from softmark.interpreter.models.imported_results.readers.result_frames import Moment, told
+from softmark.interpreter.models.imported_results.readers.xml_trees import parsed, within
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.references.measured_data import Unreadable
+from softmark.resource_limits import limited_resources
+from softmark.safe_files import read_regular
+
+
+def read(file: Path) -> Told:
+    """One moment. Raises Unreadable."""
+    return told(file.name, [read_moment(file)])
+
+
+def read_moment(file: Path) -> Moment:
+    """The same, for a series. Raises Unreadable."""
+    return vtu.read_moment(part(file))
+
+
+def part(file: Path) -> Path:
+    """The file of the one part, in the same folder or below. Raises Unreadable."""
+    with limited_resources(file):
+        top = parsed(file.name, read_regular(file), "VTKFile")
+    pieces = top.findall("PUnstructuredGrid/Piece")
+    if len(pieces) != 1:
+        remedy = "merge them in ParaView, which knows points that parts share, and save the data as .vtu"
+        raise Unreadable(file.name, f"its mesh is in {len(pieces)} parts", remedy)
+    return within(file.name, file.parent, pieces[0].get("Source", ""))

@@ -1,0 +1,189 @@
+"""What a file has of one moment, checked; and moments as a series."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
+from softmark.records import dataclass
+from softmark.references.csv_tables import LARGEST
+from softmark.references.measured_data import Unreadable
+from softmark.solvers.elements import element_of
+from softmark.solvers.mesh.files.mesh_reader import KINDS
+
+AGAIN = "write the file again: it may be cut off"
+PLURALS = {"triangle": "triangles", "line": "lines", "wedge": "wedges", "pyramid": "pyramids"}  # others are named
+FLAT = {"triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9}  # plane cells, and their points
+
+Block = tuple[str, Ints]  # meshio's word of an element, or other words for it, and its cells (m, a)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Points (n, 3), cells in blocks of any kind, and arrays with a row for each point, at a time if it has one."""
+
+    points: Floats
+    blocks: tuple[Block, ...]
+    arrays: Mapping[str, Floats]
+    time: float | None = None
+    left: tuple[str, ...] = field(default=())
+
+    @property
+    def vectors(self) -> dict[str, Floats]:
+        """Arrays of three numbers (n, 3)."""
+        return {name: values for name, values in self.arrays.items() if values.shape[1:] == (3,)}
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """The rest of the arrays, in words."""
+        rest = {name: v[0].size for name, v in self.arrays.items() if v.shape[1:] != (3,)}
+        return tuple(f"scalars `{name}`" if k == 1 else f"`{name}`, {k} numbers a point" for name, k in rest.items())
+
+
+def moment(name: str, points: NDArray[np.generic], blocks: Iterable[Block], arrays: Mapping[str, NDArray[np.generic]],
+           time: float | None = None, left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
+    """Of the file called so, once it is sound. Raises Unreadable."""
+    P = np.asarray(points, dtype=np.float64)
+    if P.ndim != 2 or P.shape[1] != 3 or not len(P):
+        shape = " x ".join(map(str, P.shape))
+        raise Unreadable(name, f"its points are {shape} numbers, not three for each of one or more", AGAIN)
+    _finite(name, "a coordinate", P)
+    whole = tuple(_sound(name, block, len(P)) for block in blocks)
+    return again(name, Moment(P, whole, {}), arrays, time, left)
+
+
+def again(name: str, mesh: Moment, arrays: Mapping[str, NDArray[np.generic]], time: float | None = None,
+          left: tuple[str, ...] = ()) -> Moment:  # fmt: skip
+    """Other arrays on the mesh of a moment, which is sound. Raises Unreadable."""
+    n, known = len(mesh.points), {}
+    for word, values in arrays.items():
+        if len(values) != n:
+            raise Unreadable(name, f"`{word}` has {len(values)} rows for {n} points", AGAIN)
+        known[word] = np.asarray(values).reshape(n, -1)
+        if known[word].shape[1] == 3:
+            known[word] = known[word].astype(np.float64)
+            _finite(name, f"`{word}`", known[word])
+    if time is not None and not np.isfinite(time):
+        raise Unreadable(name, f"its time is {time}", "give it a time")
+    return Moment(mesh.points, mesh.blocks, known, None if time is None else float(time), left)
+
+
+def _finite(name: str, what: str, values: Floats) -> None:
+    """Raises Unreadable with the first point (n, 3) that has no number there."""
+    with np.errstate(invalid="ignore"):
+        wrong = np.flatnonzero(~np.all(np.abs(values) <= LARGEST, axis=1))
+    if len(wrong):
+        row = values[wrong[0]]
+        value = next(v for v in row if not abs(v) <= LARGEST)
+        reason = f"{what} is {value:g} at point {wrong[0]}, counted from 0"
+        more = f", and {len(wrong) - 1} points more have such" if len(wrong) > 1 else ""
+        raise Unreadable(name, reason + more, f"give numbers up to {LARGEST:g} at every point")
+
+
+def _sound(name: str, block: Block, count: int) -> Block:
+    """A block whose cells have as many points as their kind, and points that are there. Raises Unreadable."""
+    word, cells = block
+    if word not in KINDS and word not in FLAT:
+        return block
+    kind = KINDS.get(word, word)
+    many = FLAT[word] if word in FLAT else element_of(kind).nodes
+    if cells.ndim != 2 or cells.shape[1] != many:
+        raise Unreadable(name, f"its {kind} cells have {cells.shape[-1]} points each, not {many}", AGAIN)
+    wrong = np.flatnonzero(((cells < 0) | (cells >= count)).any(axis=1))
+    if len(wrong):
+        row = cells[wrong[0]].tolist()
+        index = next(i for i in row if not 0 <= i < count)
+        reason = f"cell {wrong[0]} of its {kind} cells names point {index}, and there are {count} from 0 on"
+        raise Unreadable(name, reason, AGAIN)
+    return word, np.ascontiguousarray(cells, dtype=np.int64)
+
+
+def told(name: str, moments: Iterable[Moment], ids: Ints | None = None) -> Told:
+    """Moments of one mesh as one story, in the order of their times. Raises Unreadable."""
+    every: list[Moment] = []
+    for each in moments:
+        if every:
+            _alike(name, every[0], each, len(every))
+            each = replace(each, blocks=())  # one is kept
+        every.append(replace(each, arrays=each.vectors, left=(*each.left, *each.others)))
+    if not every:
+        raise Unreadable(name, "it has no results", "write displacements at one moment or more")
+    kind, cells, rest = _most(every[0].blocks)
+    every = _in_time(name, every)
+    there = Counter(word for each in every for word in each.arrays)
+    fields = {w: np.stack([each.arrays[w] for each in every]) for w, k in there.items() if k == len(every)}
+    lacking = tuple(f"vectors `{w}`, at {k} of {len(every)} moments" for w, k in there.items() if k < len(every))
+    left = (*rest, *lacking, *(word for each in every for word in each.left))
+    moving = any(each.points is not every[0].points and (each.points != every[0].points).any() for each in every)
+    return Told(
+        every[0].points, fields, cells, kind,
+        None if every[0].time is None else np.array([each.time for each in every]),
+        np.stack([each.points for each in every]) if moving else None,
+        tuple(dict.fromkeys(left)), ids, None if kind else _flat(every[0].blocks),
+    )  # fmt: skip
+
+
+def _alike(name: str, first: Moment, each: Moment, i: int) -> None:
+    """Raises Unreadable unless both are of one mesh."""
+    remedy = "results of a series are told on one mesh: write them so, or name one of its files"
+    if len(each.points) != len(first.points):
+        reason = f"its first moment has {len(first.points)} points, moment {i} after it {len(each.points)}"
+        raise Unreadable(name, reason, remedy)
+    if each.blocks is first.blocks:
+        return
+    same = len(each.blocks) == len(first.blocks) and all(
+        a[0] == b[0] and np.array_equal(a[1], b[1]) for a, b in zip(first.blocks, each.blocks, strict=True)
+    )
+    if not same:
+        raise Unreadable(name, f"the cells of moment {i} after its first are others than there", remedy)
+
+
+def _in_time(name: str, every: list[Moment]) -> list[Moment]:
+    """In the order of times, or of the file where it has none. Raises Unreadable where two have one."""
+    times = [each.time for each in every if each.time is not None]
+    if len(times) < len(every):
+        if times:
+            reason = f"{len(times)} of its {len(every)} moments have a time"
+            raise Unreadable(name, reason, "give all of them one, or none")
+        return every
+    for before, after in zip(sorted(times)[:-1], sorted(times)[1:], strict=True):
+        if before == after:
+            raise Unreadable(name, f"two of its moments are of time {after:g}", "give each moment one time, and once")
+    return sorted(every, key=lambda each: each.time or 0.0)
+
+
+def _most(blocks: Iterable[Block]) -> tuple[str | None, Ints | None, tuple[str, ...]]:
+    """The element of which there are most, its cells (m, a), and the other cells in words."""
+    counts: dict[str, int] = {}
+    for word, cells in blocks:
+        counts[word] = counts.get(word, 0) + len(cells)
+    solids = [word for word in counts if word in KINDS and counts[word]]
+    chosen = max(solids, key=lambda word: counts[word], default=None)
+    rest = tuple(counted(n, word) for word, n in counts.items() if n and word != chosen)
+    if chosen is None:
+        return None, None, rest
+    return KINDS[chosen], np.concatenate([cells for word, cells in blocks if word == chosen]), rest
+
+
+def _flat(blocks: Iterable[Block]) -> tuple[str, Ints] | None:
+    """The kind of plane cells of which there are most, and those (m, a); None where there are none that are known."""
+    each: dict[str, list[Ints]] = {}
+    for word, cells in blocks:
+        if word in FLAT and len(cells):
+            each.setdefault(word, []).append(cells)
+    if not each:
+        return None
+    word = max(each, key=lambda own: sum(map(len, each[own])))
+    return word, np.concatenate(each[word]).astype(np.int64)
+
+
+def counted(n: int, word: str) -> str:
+    """Cells of a kind of meshio's, in words."""
+    if word in PLURALS:
+        return f"{n} {word if n == 1 else PLURALS[word]}"
+    return f"{n} cell{'' if n == 1 else 's'} `{KINDS.get(word, word)}`"

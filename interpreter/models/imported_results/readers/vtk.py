@@ -1,0 +1,30 @@
+"""VTK's legacy files, as text and binary."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, moment, told
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.references.measured_data import Unreadable
+from softmark.safe_files import read_regular
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parsed
+
+DATASET = re.compile(rb"^[ \t]*DATASET[ \t]+(\S+)", re.MULTILINE | re.IGNORECASE)
+
+
+def read(file: Path) -> Told:
+    """One moment, whose time the format does not tell. Raises Unreadable."""
+    data = read_regular(file)
+    kinds = DATASET.findall(data)
+    if other := next((kind for kind in kinds if kind.upper() != b"UNSTRUCTURED_GRID"), None):
+        reason = f"it holds {other.decode('latin-1')[:40]}, no unstructured grid"
+        raise Unreadable(file.name, reason, "save it as an unstructured grid")
+    try:
+        found = parsed(file)
+    except UnreadableMesh as error:
+        raise Unreadable(file.name, str(error), error.remedy or AGAIN) from None
+    left = tuple(f"`{word}` of cells" for word in found.cell_data)
+    blocks = [(block.type, block.data) for block in found.cells]
+    return told(file.name, [moment(file.name, found.points, blocks, found.point_data, left=left)])

@@ -1,0 +1,249 @@
+"""VTU, unstructured grids of VTK in XML: as text, in base64 or raw, compressed by zlib or LZMA, in one file.
+
+meshio is not asked: it looks for raw arrays by offsets that it has changed, and stops at words that ParaView writes
+beside the numbers. Source: VTK File Formats, section "XML file formats" (vtk.org).
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import lzma
+import re
+import zlib
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN, Block, Moment, moment, told
+from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed
+from softmark.interpreter.models.imported_results.result_file import Ints, Told
+from softmark.records import dataclass
+from softmark.references.measured_data import Unreadable
+from softmark.resource_limits import FACTOR, FLOOR, limited_resources
+from softmark.safe_files import read_regular
+
+Array = NDArray[np.generic]
+
+TYPES = {
+    f"{sign}{bits}": f"{code}{bits // 8}" for sign, code in (("Int", "i"), ("UInt", "u")) for bits in (8, 16, 32, 64)
+}
+TYPES |= {"Float32": "f4", "Float64": "f8"}
+HEADERS = {"UInt32": "u4", "UInt64": "u8"}
+COMPRESSED = {"vtkZLibDataCompressor": "zlib", "vtkLZMADataCompressor": "LZMA"}
+# VTK's number of a cell -> meshio's word; those of Lagrange have the nodes of these in their order
+CELLS = {1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron", 13: "wedge", 14: "pyramid",
+         22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20", 26: "wedge15",
+         28: "quad9", 29: "hexahedron27"}  # fmt: skip
+LAGRANGE = {(69, 3): 5, (69, 6): 22, (70, 4): 9, (70, 9): 28, (71, 4): 10, (71, 10): 24, (72, 8): 12}
+
+
+def read(file: Path) -> Told:
+    """One moment. Raises Unreadable."""
+    return told(file.name, [read_moment(file)])
+
+
+def read_moment(file: Path) -> Moment:
+    """The same, for a series. Raises Unreadable."""
+    with limited_resources(file):
+        data = read_regular(file)
+        name, (root, appended) = file.name, _parts(data)
+        top = parsed(name, root, "VTKFile")
+        if top.get("type") != "UnstructuredGrid":
+            raise Unreadable(name, f"it holds `{top.get('type')}`, no unstructured grid", "save it as .vtu")
+        grid = top.find("UnstructuredGrid")
+        pieces = [] if grid is None else grid.findall("Piece")
+        if grid is None or not pieces:
+            raise Unreadable(name, "it has no grid", AGAIN)
+        source = _source(name, top, appended, FLOOR + FACTOR * len(data))
+        return _joined(source, grid, pieces)
+
+
+def _parts(data: bytes) -> tuple[bytes, tuple[bytes, bytes] | None]:
+    """The XML, and the tag of appended data with what follows it: one scan, however often the tag begins."""
+    start = data.find(b"<AppendedData")
+    end = data.find(b">", start) + 1 if start >= 0 else 0
+    if not end:
+        return data, None
+    return data[:start] + b"</VTKFile>", (data[start:end], data[end:])
+
+
+def _joined(source: Source, grid: ElementT, pieces: list[ElementT]) -> Moment:
+    """The pieces as one, and the time that ParaView writes beside them."""
+    points, blocks, arrays, before = [], list[Block](), list[dict[str, Array]](), 0
+    for piece in pieces:
+        n = source.count(piece, "NumberOfPoints")
+        item = piece.find("Points/DataArray")
+        if item is None:
+            raise Unreadable(source.name, "it has no points", AGAIN)
+        if n:
+            points.append(source.rows(item, n, 3))
+            arrays.append({str(a.get("Name")): source.rows(a, n) for a in piece.findall("PointData/DataArray")
+                           if a.get("type") in TYPES})  # fmt: skip
+            blocks += [(word, cells + before) for word, cells in _cells(source, piece)]
+        before += n
+    if not points:
+        raise Unreadable(source.name, "it has no points", AGAIN)
+    shared = {w: None for w in arrays[0] if all(w in a and a[w].shape[1:] == arrays[0][w].shape[1:] for a in arrays)}
+    lost = tuple(dict.fromkeys(f"`{w}`, in some of its pieces" for a in arrays for w in a if w not in shared))
+    on_cells = [a.get("Name") for a in pieces[0].findall("CellData/DataArray")]
+    clock = grid.find("FieldData/DataArray[@Name='TimeValue']")
+    time = None if clock is None else source.array(clock)
+    return moment(
+        source.name, np.concatenate(points), blocks, {w: np.concatenate([a[w] for a in arrays]) for w in shared},
+        float(time[0]) if time is not None and time.size == 1 else None,
+        (*lost, *(f"`{word}` of cells" for word in on_cells)),
+    )  # fmt: skip
+
+
+def _cells(source: Source, piece: ElementT) -> list[Block]:
+    """Cells by kind. Raises Unreadable."""
+    m = source.count(piece, "NumberOfCells")
+    items = {a.get("Name"): a for a in piece.findall("Cells/DataArray")}
+    if not m:
+        return []
+    if lacking := {"connectivity", "offsets", "types"} - items.keys():
+        raise Unreadable(source.name, f"its cells have no `{min(lacking)}`", AGAIN)
+    nodes, ends, types = (_whole(source, items[w]) for w in ("connectivity", "offsets", "types"))
+    starts = np.concatenate([[0], ends[:-1]])
+    sizes = ends - starts
+    if (types < 0).any() or (types > 255).any():
+        raise Unreadable(source.name, f"its cells are of kinds up to {types.max()}, and VTK has 255", AGAIN)
+    if len(ends) != m or len(types) != m or (sizes < 0).any() or ends[-1] != len(nodes):
+        reason = f"it promises {m} cells, and has {len(types)} kinds, {len(ends)} ends and {len(nodes)} points of them"
+        raise Unreadable(source.name, reason, AGAIN)
+    found = []
+    every = 256 * sizes + types
+    for size, kind in (divmod(code, 256) for code in np.unique(every).tolist()):
+        rows = starts[every == 256 * size + kind]
+        number = LAGRANGE.get((kind, size), kind)
+        word = CELLS.get(number, f"of VTK's kind {number}")
+        found.append((word, nodes[rows[:, None] + np.arange(size)]))
+    return found
+
+
+def _whole(source: Source, item: ElementT) -> Ints:
+    found = source.array(item)
+    if found.dtype.kind not in "iu" or (found.size and int(found.max()) >= 2**62):
+        raise Unreadable(source.name, f"`{item.get('Name')}` of its cells are no numbers of points", AGAIN)
+    return found.astype(np.int64)
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the numbers of a file lie, and how they are packed."""
+
+    name: str
+    order: Literal["<", ">"]  # of bytes
+    header: str  # type of the sizes of blocks
+    packed: str | None
+    raw: bool
+    appended: bytes
+    ends: dict[int, int]  # of appended arrays by where they begin
+    room: list[int]  # bytes that its blocks may still unpack to, whatever names them how often
+
+    def count(self, piece: ElementT, word: str) -> int:
+        """A promise of the file. Raises Unreadable."""
+        told = piece.get(word, "")
+        if not re.fullmatch(r"\d{1,10}", told):
+            raise Unreadable(self.name, f"{word} is `{told[:40]}`", AGAIN)
+        return int(told)
+
+    def rows(self, item: ElementT, n: int, k: int | None = None) -> Array:
+        """Numbers (n, k) of an array at all points. Raises Unreadable."""
+        found, word = self.array(item), item.get("Name") or "Points"
+        width = item.get("NumberOfComponents") or str(k or 1)
+        if not re.fullmatch(r"\d{1,4}", width) or found.size != n * int(width) or (k or int(width)) != int(width):
+            reason = f"`{word}` has {found.size} numbers, and {n} points of {width or 1} each are promised"
+            raise Unreadable(self.name, reason, AGAIN)
+        return found.reshape(n, int(width))
+
+    def array(self, item: ElementT) -> Array:
+        """All numbers of an array. Raises Unreadable."""
+        word, form = item.get("Name") or "Points", item.get("format", "ascii")
+        kind = TYPES.get(item.get("type", ""))
+        if kind is None:
+            raise Unreadable(self.name, f"`{word}` is of type `{item.get('type')}`", "write numbers")
+        try:
+            if form == "ascii":
+                return numbers(item.text or "", kind)
+            data = self._appended(item) if form == "appended" else _decoded((item.text or "").encode())
+            return np.frombuffer(self._unpacked(data), dtype=np.dtype(kind).newbyteorder(self.order))
+        except (ValueError, IndexError, EOFError, zlib.error, lzma.LZMAError, binascii.Error, OverflowError) as error:
+            raise Unreadable(self.name, f"`{word}` is broken ({str(error)[:100]})", AGAIN) from None
+
+    def _appended(self, item: ElementT) -> bytes:
+        start = int(item.get("offset", ""))
+        if not 0 <= start < len(self.appended):
+            raise ValueError(f"it begins at byte {start} of {len(self.appended)}")
+        data = self.appended[start : self.ends[start]]
+        return data if self.raw else _decoded(data)
+
+    def _unpacked(self, data: bytes) -> bytes:
+        """Size and bytes; or sizes of blocks and what they were before, then the blocks."""
+        wide = np.dtype(self.header).itemsize
+
+        def sizes(start: int, count: int) -> list[int]:
+            if (start + count) * wide > len(data):
+                raise ValueError("the sizes of its blocks break off")
+            kind = np.dtype(self.header).newbyteorder(self.order)
+            return list(np.frombuffer(data, kind, count, start * wide).tolist())
+
+        if self.packed is None:
+            (promised,) = sizes(0, 1)
+            return _full(data[wide : wide + promised], promised)
+        (count,) = sizes(0, 1)
+        if not count:
+            return b""
+        size, last = sizes(1, 2)
+        lengths, at = sizes(3, count), wide * (3 + count)
+        self.room[0] -= (count - 1) * size + (last or size)
+        if self.room[0] < 0:
+            raise ValueError("its blocks unpack to more than its size can need")
+        parts = []
+        for i, length in enumerate(lengths):
+            promised = last if last and i == count - 1 else size
+            parts.append(_full(_opened(self.packed, data[at : at + length], promised), promised))
+            at += length
+        return b"".join(parts)
+
+
+def _source(name: str, top: ElementT, appended: tuple[bytes, bytes] | None, room: int) -> Source:
+    """Return the encoding of the arrays of a file, which may unpack to `room` bytes in all. Raises Unreadable."""
+    packer, header = top.get("compressor"), top.get("header_type", "UInt32")
+    if packer is not None and packer not in COMPRESSED:
+        remedy = f"write it without, or by {' or '.join(COMPRESSED.values())}"
+        raise Unreadable(name, f"its numbers are compressed by `{packer[:60]}`, which is not read", remedy)
+    if header not in HEADERS:
+        raise Unreadable(name, f"its header_type is `{header[:40]}`, not one of {', '.join(HEADERS)}", AGAIN)
+    order: Literal["<", ">"] = ">" if top.get("byte_order") == "BigEndian" else "<"
+    tag, data = appended or (b"", b"_")
+    raw = b'"raw"' in tag or b"'raw'" in tag
+    data = data.partition(b"_")[2] if raw else data.partition(b"<")[0].partition(b"_")[2]
+    starts = {
+        int(w) for item in top.iter("DataArray") if re.fullmatch(r"\d{1,12}", w := item.get("offset", "").strip())
+    }
+    ends = dict(pairwise([*sorted(starts), len(data)]))
+    return Source(name, order, HEADERS[header], COMPRESSED.get(packer or ""), raw, data, ends, [room])
+
+
+def _decoded(data: bytes) -> bytes:
+    """Of base64, in which a header may be closed by itself."""
+    parts = re.findall(rb"[^=]+={0,2}", b"".join(data.split()))
+    return b"".join(base64.b64decode(part, validate=True) for part in parts)
+
+
+def _opened(packed: str, data: bytes, promised: int) -> bytes:
+    """A block, no longer than it promises and a byte: what is small may hold much."""
+    if packed == "zlib":
+        return zlib.decompressobj().decompress(data, promised + 1)
+    return lzma.LZMADecompressor().decompress(data, promised + 1)
+
+
+def _full(found: bytes, promised: Any) -> bytes:
+    if len(found) != promised:
+        raise ValueError(f"{promised} bytes are promised, and there are {len(found)} or more")
+    return found

@@ -1,0 +1,214 @@
+"""XDMF, grids of one moment or series of them, with numbers in the file itself or in HDF5 beside it.
+
+meshio is not asked: it opens whatever path a file names. Source: XDMF Model and Format (xdmf.org), versions 2 and 3.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from contextlib import ExitStack
+from dataclasses import field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.imported_results.readers.result_frames import (
+    AGAIN,
+    FLAT,
+    Block,
+    Moment,
+    again,
+    moment,
+    told,
+)
+from softmark.interpreter.models.imported_results.readers.xml_trees import ElementT, numbers, parsed, within
+from softmark.interpreter.models.imported_results.result_file import Told
+from softmark.records import dataclass
+from softmark.references.measured_data import Unreadable
+from softmark.resource_limits import limited_resources
+from softmark.safe_files import read_regular
+from softmark.solvers.elements import element_of
+from softmark.solvers.mesh.files.mesh_reader import KINDS
+
+Array = NDArray[np.generic]
+
+PLAIN = "write its numbers as XML, or in HDF5 beside it"
+CODES = {"Float": "f", "Int": "i", "UInt": "u"}
+INCLUDES = ("{http://www.w3.org/2001/XInclude}include", "{http://www.w3.org/2003/XInclude}include")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file, and those beside it that hold its numbers, by the words that it has for them."""
+
+    name: str
+    files: dict[str, Path]
+    stack: ExitStack
+    known: dict[Any, Any] = field(default_factory=dict)  # what was opened
+
+    def refused(self, reason: str, remedy: str = AGAIN) -> Unreadable:
+        """What to raise."""
+        return Unreadable(self.name, reason, remedy)
+
+    def numbers(self, of: ElementT) -> Array:
+        """The one item of an element, in the shape that it has. Raises Unreadable."""
+        items = of.findall("DataItem")
+        if len(items) != 1 or list(items[0]):
+            raise self.refused(f"`{of.tag}` holds {len(items)} items or parts of them, not one item of numbers", PLAIN)
+        item, form = items[0], items[0].get("Format", "XML")
+        told = item.get("Dimensions", "")
+        if not re.fullmatch(r"\s*\d{1,12}(\s+\d{1,12}){0,3}\s*", told):
+            raise self.refused(f"the dimensions of an item are `{told[:40]}`")
+        if form == "XML":
+            found = self._text(item)
+        elif form == "HDF":
+            found = self._stored((item.text or "").strip())
+        else:
+            raise self.refused(f"its numbers are written as `{form[:40]}`, which is not read", PLAIN)
+        shape = tuple(map(int, told.split()))
+        if found.size != math.prod(shape):
+            raise self.refused(f"an item of `{of.tag}` has {found.size} numbers, and {math.prod(shape)} are promised")
+        return found.reshape(shape)
+
+    def _text(self, item: ElementT) -> Array:
+        kind, size = item.get("NumberType") or item.get("DataType") or "Float", item.get("Precision", "4")
+        if kind not in CODES or size not in ("1", "2", "4", "8"):
+            raise self.refused(f"its numbers are of type `{kind[:40]}` of {size[:40]} bytes")
+        try:
+            return numbers(item.text or "", CODES[kind] + "8")
+        except (ValueError, OverflowError) as error:
+            raise self.refused(f"an item is no text of numbers ({str(error)[:80]})") from None
+
+    def _stored(self, told: str) -> Array:
+        """Numbers of HDF5, in its own file and nowhere else. Raises Unreadable."""
+        import h5py
+
+        word, _, inner = told.partition(":")
+        if word not in self.known:
+            self.known[word] = self.stack.enter_context(h5py.File(self.files[word.strip()], "r"))
+        found = self.known[word]
+        for key in filter(None, inner.strip().split("/")):
+            if not isinstance(found, h5py.Group) or key not in found:
+                raise self.refused(f"`{told[:80]}` is not in that file")
+            if not isinstance(found.get(key, getlink=True), h5py.HardLink):
+                raise self.refused(f"`{told[:80]}` is a link to elsewhere", "write the numbers themselves")
+            found = found[key]
+        if not isinstance(found, h5py.Dataset) or found.is_virtual or found.external or found.dtype.kind not in "fiu":
+            raise self.refused(f"`{told[:80]}` holds no numbers of its own", "write the numbers themselves")
+        return np.asarray(found[()])
+
+
+def read(file: Path) -> Told:
+    """All moments. Raises Unreadable."""
+    with limited_resources(file):
+        top = parsed(file.name, read_regular(file), "Xdmf")
+    texts = [i.text.partition(":")[0].strip() for i in top.iter("DataItem") if i.get("Format") == "HDF" and i.text]
+    files = {word: within(file.name, file.parent, word) for word in sorted(set(texts))}
+    size = file.stat().st_size + sum(path.stat().st_size for path in files.values())
+    with limited_resources(file, size), ExitStack() as stack:
+        try:
+            return told(file.name, _moments(Source(file.name, files, stack), top))
+        except ModuleNotFoundError:
+            remedy = '`pip install "softmark[xdmf]"`, or write its numbers as XML'
+            raise Unreadable(file.name, "its numbers lie in HDF5, and h5py is not installed", remedy) from None
+
+
+def _moments(source: Source, top: ElementT) -> list[Moment]:
+    """Grids by their times; what series tell at one time belongs together. Raises Unreadable."""
+    grids = top.findall("Domain/Grid")
+    series = [grid for grid in grids if grid.get("GridType") == "Collection"]
+    if wrong := next((g for g in series if g.get("CollectionType", "Spatial") != "Temporal"), None):
+        reason = f"its collection `{wrong.get('Name', '')}` is not of moments, but of parts"
+        raise source.refused(reason, "merge them, and write one grid for each moment")
+    whole = [grid for grid in top.iter("Grid") if _own(grid)]
+    steps: dict[object, tuple[ElementT, float | None, list[ElementT]]] = {}
+    for several in [s.findall("Grid") for s in series] or [grids]:
+        mesh = next((grid for grid in several if _own(grid)), next(iter(whole), None))
+        for i, grid in enumerate(several):
+            time = _time(source, grid)
+            base = grid if _own(grid) else mesh
+            if base is None or any(part.get("href") for tag in INCLUDES for part in grid.findall(tag)):
+                raise source.refused("it has no grid with its points and cells", "write them into the file itself")
+            kept = steps.setdefault(i if time is None else ("at", time), (base, time, []))
+            kept[2].extend(grid.findall("Attribute"))
+    if not series and len(steps) > 1:
+        raise source.refused(f"it has {len(steps)} grids beside each other", "write one, or a collection of moments")
+    return [_moment(source, *step) for step in steps.values()]
+
+
+def _own(grid: ElementT) -> bool:
+    return grid.find("Topology") is not None and grid.find("Geometry") is not None
+
+
+def _time(source: Source, grid: ElementT) -> float | None:
+    told = grid.find("Time")
+    if told is None:
+        return None
+    try:
+        return float(told.get("Value", ""))
+    except ValueError:
+        raise source.refused("a moment of it does not tell its time as a Value", "write times so") from None
+
+
+def _moment(source: Source, base: ElementT, time: float | None, attributes: list[ElementT]) -> Moment:
+    """Points and cells of a grid, and what is told at them. Raises Unreadable."""
+    if base not in source.known:  # which series share
+        source.known[base] = _mesh(source, base)
+    plane, mesh = source.known[base]
+    arrays: dict[str, Array] = {}
+    left = []
+    for each in attributes:
+        word = each.get("Name", "")
+        if each.get("Center", "Node") != "Node":
+            left.append(f"`{word}` of {each.get('Center', '').lower()}s")
+        elif word in arrays:
+            raise source.refused(f"it tells `{word}` twice" + ("" if time is None else f" at time {time:g}"))
+        else:
+            values = source.numbers(each)
+            arrays[word] = _in_space(values) if plane else values
+    return again(source.name, mesh, arrays, time, tuple(left))
+
+
+def _mesh(source: Source, base: ElementT) -> tuple[bool, Moment]:
+    """Whether a grid is plane, and its points and cells. Raises Unreadable."""
+    geometry, topology = (base.findall(word)[0] for word in ("Geometry", "Topology"))
+    kind = geometry.get("GeometryType") or geometry.get("Type") or "XYZ"
+    if kind not in ("XYZ", "XY"):
+        raise source.refused(f"its geometry is `{kind[:40]}`, not XYZ or XY", "write points")
+    X = source.numbers(geometry).astype(np.float64)
+    X = X.reshape(-1, len(kind)) if X.ndim == 1 else X
+    return kind == "XY", moment(source.name, _in_space(X) if kind == "XY" else X, _cells(source, topology), {})
+
+
+def _in_space(values: Array) -> Array:
+    """Vectors of two numbers with a third, zero."""
+    return np.pad(values, ((0, 0), (0, 1))) if values.ndim == 2 and values.shape[1] == 2 else values
+
+
+def _cells(source: Source, topology: ElementT) -> list[Block]:
+    """Raises Unreadable."""
+    from meshio.xdmf.common import translate_mixed_cells, xdmf_to_meshio_type
+
+    if topology.get("BaseOffset", "0") != "0" or topology.get("Order"):
+        raise source.refused("its cells count points from another number than 0, or in an order of their own", AGAIN)
+    kind = topology.get("TopologyType") or topology.get("Type") or ""
+    data = source.numbers(topology)
+    if data.dtype.kind not in "iu":
+        data = _whole(source, data)
+    if kind == "Mixed":
+        return [(block.type, block.data.astype(np.int64)) for block in translate_mixed_cells(data.ravel())]
+    word = {w.lower(): known for w, known in xdmf_to_meshio_type.items()}.get(kind.lower(), kind[:40])
+    if data.ndim == 1 and (word in KINDS or word in FLAT):
+        data = data.reshape(-1, FLAT.get(word) or element_of(KINDS[word]).nodes)
+    return [(word, data.astype(np.int64).reshape(len(data), -1))]
+
+
+def _whole(source: Source, data: Array) -> Array:
+    """Numbers of points that are told as others: a file that names no type means Float."""
+    found = np.asarray(data, dtype=np.float64)
+    if not (np.isfinite(found).all() and (found == np.round(found)).all() and (np.abs(found) < 2**53).all()):
+        raise source.refused("its cells are no whole numbers of points")
+    return found.astype(np.int64)

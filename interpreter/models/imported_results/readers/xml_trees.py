@@ -1,0 +1,88 @@
+"""XML of files of results: trees without entities, and paths in them that stay within a folder."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.imported_results.readers.result_frames import AGAIN
+from softmark.references.measured_data import Unreadable
+from softmark.safe_files import path_within
+
+DEEP = 50  # elements within each other
+ElementT = ElementTree.Element
+
+
+def parsed(name: str, data: bytes, root: str) -> ElementT:
+    """The tree of a file whose outermost element is called so. Raises Unreadable.
+
+    UTF-8 alone, and no document type: what expands, or names other files, is declared in one.
+    """
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise Unreadable(name, "it is no XML in UTF-8", AGAIN) from None
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise Unreadable(name, "it declares a document type or entities", "write it without: results need none")
+    builder = _Shallow(name)
+    parser = ElementTree.XMLParser(target=builder)
+    try:
+        parser.feed(text)
+        top = parser.close()
+    except ElementTree.ParseError as error:
+        raise Unreadable(name, f"it is no whole XML ({error})", AGAIN) from None
+    if not isinstance(top, ElementT) or top.tag != root:
+        raise Unreadable(name, f"it does not begin with `{root}`", AGAIN)
+    return top
+
+
+class _Shallow(ElementTree.TreeBuilder):
+    """Builds trees of a few levels."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.name = name
+        self.depth = 0
+
+    def start(self, tag: str, attrs: dict[str, str], /) -> ElementT:
+        """As of any builder. Raises Unreadable."""
+        self.depth += 1
+        if self.depth > DEEP:
+            raise Unreadable(self.name, f"its elements lie more than {DEEP} deep in each other", AGAIN)
+        return super().start(tag, attrs)
+
+    def end(self, tag: str, /) -> ElementT:
+        """As of any builder."""
+        self.depth -= 1
+        return super().end(tag)
+
+
+def numbers(text: str, kind: str) -> NDArray[np.generic]:
+    """Numbers apart by blanks, floats in double precision whatever their type. Raises ValueError, OverflowError."""
+    if not text.strip():
+        return np.empty(0, kind)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # numpy only warns of what is no number
+        try:
+            found = np.fromstring(text, "f8" if kind[0] == "f" else "i8", sep=" ")
+        except DeprecationWarning:
+            raise ValueError("not all of it is numbers") from None
+    if kind[0] == "f":
+        return found
+    if ((found < np.iinfo(kind).min) | (found.astype("f8") > np.iinfo(kind).max)).any():
+        raise OverflowError("a number is beyond its type")
+    return found.astype(kind)
+
+
+def within(name: str, folder: Path, told: str) -> Path:
+    """The file of that path, which must lie in the folder or below. Raises Unreadable."""
+    shown = told if len(told) < 80 else f"{told[:80]}..."
+    remedy = "files that belong together lie in one folder: name them by paths within it"
+    try:
+        return path_within(folder, told)
+    except OSError as error:
+        raise Unreadable(name, f"it names `{shown}`, and {error.strerror}", remedy) from None

@@ -1,0 +1,130 @@
+"""Whether results keep to the supports of the scene: what it holds stays, and what it moves goes as far as told.
+
+Looked at are points of the body's surface that a support selects, where only points of the file that it selects as well
+say how they move: beside the border of a selection cells of another mesh may be held in part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.imported_results.point_matching import Floats, Matched
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.probe_points import ProbePoints, surface_points
+from softmark.interpreter.problem.surface_selection.selected_pieces import selects
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.records import dataclass
+
+SLIPS = 0.01  # of the farthest displacement: what a support says may be missed by so much, by how a file is read
+ROUND = 1e-4  # of the diagonal: points of a file that are so near to what a support selects are of it, by its digits
+BESIDE = 1e-3  # of what says how a point moves may be points that a support does not select
+VAST = 10.0  # times the size of a body at rest: no load is told that moves it so far
+ANOTHER = (
+    'are its displacements in another unit than its lengths? write both in one, or tell positions, `at = "position"`'
+)
+POWER = 0.1  # of a power of ten: a factor is taken for one
+
+
+@dataclass(frozen=True)
+class Kept:
+    """How results keep to a support: how `far`, m, they are from it at most, how far it tells points to move, and how
+    many times as far they do."""
+
+    support: Declared
+    far: float
+    told: float
+    times: float
+
+
+def kept(case: Case, place: ProbePoints, found: Matched, u: Floats) -> list[Kept]:
+    """Of all supports of a body, drawn at a place, that can be looked at: by displacements u (n, 3), m, at the end."""
+    return list(_each(case, place, found, u)) if found.spans else []
+
+
+def _each(case: Case, place: ProbePoints, found: Matched, u: Floats) -> Iterator[Kept]:
+    for support in case.named_supports:
+        thing = support.thing
+        along = [c for c in getattr(thing, "components", ()) if c < found.ways]
+        if not isinstance(thing, Holding) or thing.tracked or not along:
+            continue
+        X = surface_points(case, place, thing.where)
+        X = X[_certain(found, thing.where, X)]
+        if len(X):
+            told, seen = thing.moved(X, _share(case, thing))[:, along], found.at(X, u[None])[0][:, along]
+            square = float(np.sum(told**2))
+            yield Kept(support, _most(seen - told), _most(told), float(np.sum(seen * told)) / square if square else 1.0)
+
+
+def _most(u: Floats) -> float:
+    return float(np.linalg.norm(u, axis=1).max(initial=0.0))
+
+
+def _share(case: Case, thing: Any) -> float:
+    """Of its full motion, at the end; in a state of an analysis supports are those of the state."""
+    if not isinstance(case.analysis, Dynamic) or thing.course is None:
+        return 1.0
+    return float(thing.course.at(case.analysis.duration))
+
+
+def _certain(found: Matched, where: Condition, X: Floats) -> NDArray[np.bool_]:
+    """Which of points X (k, 3), m, that a support selects are told by points that it selects too."""
+    which, share = found.places(X)[:2]
+    if not len(X):
+        return np.zeros(0, dtype=np.bool_)
+    if where.groups:
+        from scipy.spatial import cKDTree
+
+        held = cKDTree(X).query(found.X)[0] <= ROUND * found.extent
+    else:
+        ways = ROUND * found.extent * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+        held = np.any([selects(where, found.X + way, found.extent) for way in ways], axis=0)
+    certain: NDArray[np.bool_] = np.abs(np.where(held[which], 0.0, share)).sum(axis=1) <= BESIDE
+    return certain
+
+
+def slips(declared: Declared, case: Case, each: list[Kept], most: float) -> Iterator[Diagnostic]:
+    """That results which move by at most `most`, m, do not keep to supports."""
+    for own in each:
+        if own.far <= SLIPS * max(most, own.told):
+            continue
+        file, body, name = Path(declared.thing.path).name, case.body.name, own.support.name
+        far, told = units.show(own.far, units.LENGTH), units.show(own.told, units.LENGTH)
+        remedy = f"the farthest it moves is {units.show(most, units.LENGTH)}: was it held so when it was solved?"
+        problem, label = f"{file} moves `{body}` by {far} where `{name}` holds it", "another problem?"
+        if own.told:
+            problem = f"{file} is up to {far} off where `{name}` moves `{body}` by {told}"
+            remedy = f"it moves {own.times:.3g} times as far there: was it moved so when it was solved?"
+            if _decimal(own.times):
+                label = "another unit?"
+                remedy = f"it moves {own.times:.3g} times as far there: {ANOTHER}"
+        yield diagnostic("W703", declared.at("path"), problem, label, remedy)
+
+
+def vast(declared: Declared, case: Case, place: ProbePoints, most: float) -> Iterator[Diagnostic]:
+    """That a body at rest, drawn at a place, moves by many times its size: by `most`, m."""
+    size = float(np.linalg.norm(np.ptp(place.X, axis=0)))
+    if not isinstance(case.analysis, Dynamic) and most > VAST * size:
+        problem = (
+            f"{Path(declared.thing.path).name} moves `{case.body.name}` by {units.show(most, units.LENGTH)}, "
+            f"{most / size:.3g} times its diagonal"
+        )
+        yield diagnostic("W704", declared.at("unit"), problem, "another unit?", ANOTHER)
+
+
+def _decimal(times: float) -> bool:
+    """Whether it is about a power of ten, as units of length are of each other."""
+    if times <= 0.0 or not (power := round(math.log10(times))):
+        return False
+    return abs(times / 10.0**power - 1.0) <= POWER

@@ -1,0 +1,294 @@
+"""What supports and loads of a body make of it as a whole, if its strain is the same everywhere.
+
+Each support must take whole faces: along the normal of a pair of opposite ones it imposes a stretch, along a face the
+shear of two of them. No arrays here: a check asks for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import field
+from functools import lru_cache
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.body_case import Case, Fault, fault
+from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Prism, RoundPrism, Shape
+from softmark.solvers.mesh.shapes import Box
+
+Face = tuple[int, int]  # the axis of its normal, and 0 of the lower or 1 of the upper face
+Vector3 = tuple[float, float, float]
+ACROSS = 9  # points along each direction in which faces are looked at
+AROUND = 16  # the same around a round body
+SAME = 1e-9  # relative: amounts that are nearer are one
+NAMES = "xyz"
+NEEDS = {
+    "uniaxial": "one pair of opposite faces held or pulled along its normal, and no other",
+    "equibiaxial": "two pairs of opposite faces pulled alike along their normals, and the third free",
+    "planar": "one pair of opposite faces pulled along its normal, one held still, and the third free",
+    "simple_shear": "two opposite faces held in all directions, one of them moved along the other",
+    "confined": "all faces held along their normals, and one pair of them moved",
+}
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A homogeneous state that supports and loads impose: along x, y and z.
+
+    `stretches` are None where free, `stresses` what is pulled with there, Pa, nominal; `shear` the entry (a, b) of F
+    beside its diagonal, and its size; `driven` the axes of what is moved or pulled. A point goes where `anchors` does,
+    by `shifts`, m. `let_go` has what supports hold and such a state does not: their names, and axes.
+    """
+
+    stretches: tuple[float | None, float | None, float | None]
+    stresses: Vector3
+    shear: tuple[int, int, float] | None
+    driven: tuple[int, ...]
+    anchors: Vector3
+    shifts: Vector3
+    let_go: tuple[tuple[str, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class Faces:
+    """What supports impose on whole faces: by face and component, m, and the support; and what loads pull with, Pa."""
+
+    case: Case
+    held: dict[tuple[Face, int], tuple[float, str]] = field(default_factory=dict)
+    pulled: dict[int, float] = field(default_factory=dict)  # by axis: force per area at rest
+
+    @property
+    def bounds(self) -> tuple[Vector3, Vector3]:
+        """Of the body, m."""
+        assert self.case.shape.bounds is not None
+        return self.case.shape.bounds
+
+    def extent(self, axis: int) -> float:
+        """Along x, y or z, m."""
+        return self.bounds[1][axis] - self.bounds[0][axis]
+
+    def apart(self, axis: int, component: int) -> float | None:
+        """By how much more the upper face of an axis is moved than the lower, m; None where one is not held."""
+        low, high = (self.held.get(((axis, side), component)) for side in (0, 1))
+        return None if low is None or high is None else high[0] - low[0]
+
+    def stretch(self, axis: int) -> float | None:
+        """What is imposed along an axis; None where nothing is."""
+        apart = self.apart(axis, axis)
+        return None if apart is None else 1.0 + apart / self.extent(axis)
+
+
+def is_block(case: Case) -> bool:
+    """Whether a body is a box, or a straight round one along x, y or z."""
+    shape = case.shape
+    round_one = isinstance(shape, RoundPrism) and max(abs(a) for a in shape.axis) > 1.0 - 1e-12
+    return isinstance(shape, Box) or round_one
+
+
+def faces_of(case: Case, model: str) -> Faces:
+    """What its supports and loads do to whole faces. Raises Fault where one takes something else."""
+    found = Faces(case)
+    for support in case.supports:
+        for face in _whole(case, support, support.thing.where, model):
+            for c in support.thing.components:
+                amount = float(support.thing.displacement[c])
+                other = found.held.setdefault((face, c), (amount, support.name))
+                if abs(other[0] - amount) > SAME * case.shape.diagonal:
+                    raise fault("E356", support.at(), f"`{support.name}` and `{other[1]}` move one face by different "
+                                "amounts", "which?", "one support for each face")  # fmt: skip
+    for load in case.loads:
+        _pull(found, load, model)
+    return found
+
+
+def _pull(found: Faces, load: Declared, model: str) -> None:
+    """What a traction on whole faces pulls with. Raises Fault where it does not along a normal."""
+    action = load.thing.action
+    if not isinstance(action, PerArea):
+        return  # refused as no load that it takes
+    for axis, side in _whole(found.case, load, action.where, model):
+        slack = SAME * max(abs(t) for t in action.traction)
+        if isinstance(found.case.shape, RoundPrism) and abs(found.case.prism.axis[axis]) < 0.5:
+            raise _partly(load, model, "it pulls at a round side")
+        if any(abs(t) > slack for c, t in enumerate(action.traction) if c != axis):
+            raise _partly(load, model, "it does not pull along the normal of that face")
+        if ((axis, 1 - side), axis) not in found.held:
+            raise _partly(load, model, "the opposite face is not held along its normal")
+        pull = action.traction[axis] * (1.0 if side else -1.0)
+        found.pulled[axis] = found.pulled.get(axis, 0.0) + pull
+
+
+def _whole(case: Case, declared: Declared, where: Condition, model: str) -> list[Face]:
+    """The faces that a condition selects, and it selects nothing else. Raises Fault."""
+    found = _faces(case.shape, where)
+    if not found:
+        raise _partly(declared, model, "it takes a part of the body, or none, that is no whole face")
+    return found
+
+
+@lru_cache(maxsize=256)  # of each state, and each check of it, the same is asked again
+def _faces(shape: Shape, where: Condition) -> list[Face]:
+    """The faces that a condition selects; none where it selects something else, or nothing."""
+    extent, about = shape.diagonal, where.axes
+    faces: dict[Face, bool] = {}
+    inner: list[tuple[Face, ...]] = []
+    known: dict[tuple[float, ...], bool] = {}  # by the coordinates that it is about: of `x <= 0 mm`, nine places
+    for point, own in _points(shape):
+        place = (0 in about and point[0], 1 in about and point[1], 2 in about and point[2])
+        if (holds := known.get(place)) is None:
+            holds = known[place] = bool(where.holds(*point, extent))
+        for face in own:
+            faces[face] = faces.get(face, True) and holds
+        if holds:
+            inner.append(own)
+    found = [face for face, whole in faces.items() if whole]
+    return found if all(set(own) & set(found) for own in inner) else []
+
+
+def _partly(declared: Declared, model: str, why: str) -> Fault:
+    kind = "load" if declared.kind == "load" else "support"
+    return fault("E356", declared.at("where"), f"`{model}` cannot represent the {kind} `{declared.name}`", why,
+                 "one material point knows whole faces of the body alone: `where = x <= 0 mm`")  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def _points(shape: Shape) -> tuple[tuple[Vector3, tuple[Face, ...]], ...]:
+    """Points all over the body, with the faces that each lies on."""
+    return tuple(_placed(shape))
+
+
+def _placed(shape: Shape) -> Iterator[tuple[Vector3, tuple[Face, ...]]]:
+    assert shape.bounds is not None
+    low, high = shape.bounds
+    if isinstance(shape, Box):
+        steps = range(ACROSS)
+        for at in ((i, j, k) for i in steps for j in steps for k in steps):
+            point = tuple(a + (b - a) * n / (ACROSS - 1) for a, b, n in zip(low, high, at, strict=True))
+            own = tuple((axis, n // (ACROSS - 1)) for axis, n in enumerate(at) if n in (0, ACROSS - 1))
+            yield point, own  # type: ignore[misc]
+        return
+    assert isinstance(shape, Prism)
+    axis = max(range(3), key=lambda a: abs(shape.axis[a]))
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    side = ((first, 0), (first, 1), (second, 0), (second, 1))
+    inner, outer = shape.section.hollow or 0.0, 0.5 * (high[first] - low[first])
+    for n in range(ACROSS):
+        end = ((axis, n // (ACROSS - 1)),) if n in (0, ACROSS - 1) else ()
+        for r in (inner, 0.5 * (inner + outer), outer):
+            for k in range(AROUND):
+                centre = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+                centre[axis] = low[axis] + (high[axis] - low[axis]) * n / (ACROSS - 1)
+                centre[first] += r * math.cos(2.0 * math.pi * k / AROUND)
+                centre[second] += r * math.sin(2.0 * math.pi * k / AROUND)
+                yield (centre[0], centre[1], centre[2]), (*end, *(side if r == outer else ()))
+
+
+# ------------------------------------------------------------------ the state that a word stands for
+
+
+def driven(case: Case, word: str, model: Declared) -> Driven:
+    """The state that supports and loads impose, of the kind that a word says. Raises Fault where they make another."""
+    faces = faces_of(case, model.name)
+    stretches = [faces.stretch(axis) for axis in range(3)]
+    if word == "simple_shear":
+        if (sheared := _sheared(faces, stretches)) is not None:
+            return _made(faces, [1.0, 1.0, 1.0], sheared, (sheared[0],))
+    elif (moved := _moved(faces, stretches, word)) is not None:
+        return _made(faces, stretches, None, tuple(moved))
+    raise fault("E356", model.at("state"), f"`{model.name}` is {word.replace('_', ' ')}, and what holds and loads "
+                f"`{case.body.name}` makes another state", _said(faces, stretches),
+                f"it needs {NEEDS[word]}")  # fmt: skip
+
+
+def _moved(faces: Faces, stretches: list[float | None], word: str) -> list[int] | None:
+    """The axes that are moved or pulled in a state of stretches; None where they do not make what a word says.
+
+    Where wide grips hold the width of a planar one, it is put among the stretches.
+    """
+    known = [axis for axis in range(3) if stretches[axis] is not None or axis in faces.pulled]
+    if word == "uniaxial":
+        return known if len(known) == 1 else None
+    if word == "equibiaxial":
+        return known if len(known) == 2 and _alike(faces, stretches, known) else None
+    if word == "planar" and len(known) == 1:
+        wide = _gripped(faces, known[0])
+        if wide is None:
+            return None
+        stretches[wide] = 1.0
+        return known
+    if len(known) != (2 if word == "planar" else 3):
+        return None
+    moved = [axis for axis in known if not _is_still(stretches[axis])] or known[:1]
+    return moved if len(moved) == 1 else None
+
+
+def _is_still(stretch: float | None) -> bool:
+    """Whether a stretch is imposed, and is none."""
+    return stretch is not None and abs(stretch - 1.0) <= SAME
+
+
+def _said(faces: Faces, stretches: list[float | None]) -> str:
+    """What supports and loads make of each axis, in words."""
+    words = (
+        f"{NAMES[a]} {'held' if abs(s - 1.0) <= SAME else 'stretched'}" if s is not None
+        else f"{NAMES[a]} {'pulled' if a in faces.pulled else 'free'}"
+        for a, s in enumerate(stretches)
+    )  # fmt: skip
+    return ", ".join(words)
+
+
+def _alike(faces: Faces, stretches: list[float | None], axes: list[int]) -> bool:
+    """Whether two axes are stretched, or pulled, by the same."""
+    one, other = (stretches[a] if stretches[a] is not None else faces.pulled[a] for a in axes)
+    kinds = {stretches[a] is None for a in axes}
+    return len(kinds) == 1 and abs(one - other) <= SAME * max(abs(one), abs(other))  # type: ignore[operator, arg-type]
+
+
+def _gripped(faces: Faces, axis: int) -> int | None:
+    """The wider direction across an axis that its grips hold at both ends; None where they hold neither."""
+    held = [c for c in range(3) if c != axis and faces.apart(axis, c) is not None]
+    return max(held, key=faces.extent, default=None)
+
+
+def _sheared(faces: Faces, stretches: list[float | None]) -> tuple[int, int, float] | None:
+    """The entry of F beside its diagonal that two faces impose, and its size; None where they impose something else."""
+    found = []
+    for b in range(3):
+        apart = [faces.apart(b, c) for c in range(3)]
+        if None in apart or not _is_still(stretches[b]):
+            continue
+        slides = [c for c in range(3) if c != b and abs(apart[c] or 0.0) > SAME * faces.extent(b)]
+        if len(slides) <= 1:
+            a = slides[0] if slides else (b + 1) % 3
+            found.append((a, b, (apart[a] or 0.0) / faces.extent(b)))
+    others = [s for s in stretches if s is not None and not _is_still(s)]
+    return max(found, key=lambda entry: abs(entry[2]), default=None) if not others and not faces.pulled else None
+
+
+def _made(faces: Faces, stretches: list[float | None], shear: tuple[int, int, float] | None, moved: tuple[int, ...],
+          ) -> Driven:  # fmt: skip
+    low, high = faces.bounds
+    anchors, shifts = [], []
+    for axis in range(3):
+        here = [(side, faces.held[(axis, side), axis][0]) for side in (0, 1) if ((axis, side), axis) in faces.held]
+        side, shift = here[0] if here else (None, 0.0)
+        anchors.append(0.5 * (low[axis] + high[axis]) if side is None else (low, high)[side][axis])
+        shifts.append(shift)
+    if shear is not None:
+        shifts[shear[0]] = faces.held[(shear[1], 0), shear[0]][0]
+        anchors[shear[1]] = low[shear[1]]
+    pulled = tuple(faces.pulled.get(axis, 0.0) if stretches[axis] is None else 0.0 for axis in range(3))
+    let_go = _let_go(faces, stretches) if shear is None else ()
+    return Driven(tuple(stretches), pulled, shear, moved, tuple(anchors), tuple(shifts), let_go)  # type: ignore[arg-type]
+
+
+def _let_go(faces: Faces, stretches: list[float | None]) -> tuple[tuple[str, int], ...]:
+    """What supports hold along a face while the body grows wider or narrower there: their names, and the axis."""
+    found = (
+        (name, c) for ((axis, _), c), (_, name) in faces.held.items()
+        if c != axis and (stretches[c] is None or abs(stretches[c] - 1.0) > SAME)  # type: ignore[operator]
+    )  # fmt: skip
+    return tuple(dict.fromkeys(found))

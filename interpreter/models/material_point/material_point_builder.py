@@ -1,0 +1,302 @@
+"""Solving one material point, and what it says as a model of a body: everything here is arrays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cache, cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.material_point.imposed_deformation import NAMES, Driven, driven, faces_of
+from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
+from softmark.interpreter.models.postprocessing.nodal_forces import Carried, Holder
+from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
+from softmark.interpreter.problem.body_case import Case
+from softmark.records import dataclass
+from softmark.solvers.materials import law_for, mixed_for
+from softmark.solvers.statics.material_point import FLAT, Drive, Floats, MaterialPoint, NoState, PointState
+from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
+from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
+from softmark.solvers.stress_recovery.stress_field import norm_of
+from softmark.solvers.stress_recovery.stress_measures import Tensors, von_mises
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics.static_equilibrium import Watch
+    from softmark.solvers.stress_recovery.stress_field import Stresses
+
+PEAK = 0.1  # of the stiffness at rest: a force that grows less than that has its maximum there
+ALONG = 1e-9  # of the largest stress: a shear that is less is none
+CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # of a box, 0 low and 1 high
+
+
+@dataclass(frozen=True)
+class Block:
+    """The corners of what a body spans, at which its faces are held: its volume may be less, in proportion."""
+
+    case: Case
+
+    @cached_property
+    def X(self) -> Floats:
+        """(8, 3), m."""
+        assert self.case.shape.bounds is not None
+        low, high = (np.array(b) for b in self.case.shape.bounds)
+        corners: Floats = low + CORNERS * (high - low)
+        return corners
+
+    @cached_property
+    def volume(self) -> float:
+        """m^3."""
+        return float(self.case.shape.volume or 0.0)
+
+    @cached_property
+    def areas(self) -> Floats:
+        """Of the faces across x, y and z (3,), m^2: the volume over the extent."""
+        found: Floats = self.volume / np.ptp(self.X, axis=0)
+        return found
+
+    def on(self, where: Condition) -> NDArray[np.bool_]:
+        """Which of the corners a condition selects (8,)."""
+        return np.array([bool(where.holds(x, y, z, self.case.shape.diagonal)) for x, y, z in self.X.tolist()])
+
+    def forces(self, P: Floats) -> Floats:
+        """What a stress P (3, 3), Pa, is at the corners (8, 3), N: of each face a quarter."""
+        found: Floats = (2.0 * CORNERS - 1.0) * (0.25 * self.areas) @ P.T
+        return found
+
+    def holders(self) -> tuple[Holder, ...]:
+        """What each support holds of the corners."""
+        held = faces_of(self.case, "").held
+        found = []
+        for support in self.case.supports:
+            mask = np.zeros((8, 6), dtype=np.bool_)
+            on = self.on(support.thing.where)
+            for (axis, side), component in held:
+                face = CORNERS[:, axis] == side
+                if component in support.thing.components and np.all(on[face]):
+                    mask[face, component] = True
+            found.append(Holder(support.name, mask, np.asarray(mask.any(axis=1), dtype=np.float64)))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class PreparedPoint(Meshless):
+    """A material point, and what is imposed on it."""
+
+    declared: Declared
+    case: Case
+    made: Driven
+    point: MaterialPoint
+    block: Block
+
+    @property
+    def size(self) -> dict[str, int]:
+        """A point."""
+        return {"nodes": 1, "elements": 1, "dofs": sum(s is None for s in self.made.stretches)}
+
+    @property
+    def points(self) -> Floats:
+        """Where its loads act: the corners of the body (8, 3), m, undeformed."""
+        return self.block.X
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at the corners (8, 3), N."""
+        return [(load, self._pulled(load)) for load in self.case.loads]
+
+    def _pulled(self, load: Declared) -> Floats:
+        """What a traction is at the corners (8, 3), N: of a face that it takes, a quarter each."""
+        found, action = np.zeros((8, 3)), load.thing.action
+        on = self.block.on(action.where)
+        for axis in range(3):
+            for side in (0, 1):
+                face = CORNERS[:, axis] == side
+                if np.all(on[face]):
+                    found[face] += 0.25 * self.block.areas[axis] * np.array(action.traction)
+        return found
+
+    @cached_property
+    def drive(self) -> Drive:
+        """What is imposed, as arrays."""
+        made = self.made
+        stretches = np.array([np.nan if s is None else s for s in made.stretches])
+        relieved = 2 if made.shear is None else 3 - made.shear[0] - made.shear[1]
+        return Drive(stretches, np.array(made.stresses), made.shear, made.driven, relieved)
+
+    def solve(self, watch: Watch) -> Solution:
+        """The state."""
+        try:
+            found = self.point.state(self.drive, self.case.analysis.max_iterations)
+        except NoState as none:
+            return Solution("not_converged", self._ended(none), {"iterations": 0, "steps": 0, "residual": None})
+        if (turned := self._turned(found)) is not None:
+            return Solution("not_converged", turned, {"iterations": found.iterations, "steps": 0, "residual": None})
+        facts = {
+            "iterations": found.iterations, "steps": 1, "residual": self._left(found), "linear_solver": "dense",
+            "stable": bool(found.freed > FLAT), "stretches": found.F.diagonal().tolist(),
+            "volume": found.volume, "nominal_stress": found.P.tolist(),
+            "stiffness": {"held": _finite(found.held), "freed": _finite(found.freed)},
+        }  # fmt: skip
+        displacement = _Moved(found.F, np.array(self.made.anchors), np.array(self.made.shifts))
+        stress: Stresses = Told(found, self.point.linear)  # type: ignore[assignment]
+        return Solution("converged", None, facts, displacement, self._doubts(found), stress=lambda: stress,
+                        carried=cache(lambda: self._carried(found, displacement)))  # fmt: skip
+
+    def _turned(self, found: PointState) -> str | None:
+        """Why a state whose strain is along the axes is none, where its law has shear stress in it."""
+        across = np.abs(found.P - np.diag(found.P.diagonal())).max()
+        if self.made.shear is not None or across <= ALONG * np.abs(found.P).max():
+            return None
+        shear = units.show(float(across), units.PRESSURE)
+        return (
+            f"its law has a shear stress of {shear} in such a state, for it has directions beside the axes: use `fem`"
+        )
+
+    def _left(self, found: PointState) -> float:
+        """What is left of forces on free faces, relative to the largest force on a face."""
+        free = [axis for axis in range(3) if self.made.stretches[axis] is None]
+        left = [abs(found.P[a, a] - self.made.stresses[a]) * self.block.areas[a] for a in free]
+        largest = float((np.abs(found.P) * self.block.areas).max())
+        return float(max(left, default=0.0)) / largest if largest else 0.0
+
+    def _carried(self, found: PointState, displacement: _Moved) -> Carried:
+        X, u = self.block.X, displacement(self.block.X)
+        none, loads = np.zeros((8, 3)), {load.name: f for load, f in self.forces()}
+        left = self.block.forces(found.P) - sum(loads.values(), none)
+        work = {name: float((f * u).sum()) for name, f in loads.items()}
+        wide = {name: np.hstack([f, none]) for name, f in loads.items()}
+        x = X if self.point.linear else X + u
+        return Carried(X, u, x, np.hstack([left, none]), wide, self.block.volume * found.psi, work,
+                       holders=self.block.holders())  # fmt: skip
+
+    # ------------------------------------------------------------------ what is said of it
+
+    def _doubts(self, found: PointState) -> tuple[Diagnostic, ...]:
+        """Warnings where a force no longer grows with what it pulls, and where a law is not stable after Drucker."""
+        if self.point.linear:
+            return ()
+        return (*self._past_its_force(found), *self._unsteady(found))
+
+    def _unsteady(self, found: PointState) -> tuple[Diagnostic, ...]:
+        if found.volume > getattr(self.case.material, "steady_above", math.inf) or self.point.steady(found):
+            return ()
+        at = self.point.first_unsteady(self.drive)
+        return (
+            diagnostic(
+                "W385",
+                self.declared.at("state"),
+                f"`{self.declared.name}` is past its {self._driven_words} of {self._amount(at)}, where its law is no "
+                "longer stable after Drucker",
+                "its stress falls while strain grows",
+                "Kirchhoff's stress against Hencky's strain: a body of that law may have several answers; use "
+                "constants that are fitted to such strains, or another law",
+            ),
+        )
+
+    def _past_its_force(self, found: PointState) -> tuple[Diagnostic, ...]:
+        if found.freed > FLAT:
+            return ()
+        at = self.point.first_lost(self.drive)
+        what = f"its {self._driven_words} of {self._amount(at)}"
+        a = self.made.driven[0]
+        b = a if self.made.shear is None else self.made.shear[1]
+        force = units.show(float(at.P[a, b]), units.PRESSURE)
+        return (
+            diagnostic(
+                "W366",
+                self.declared.at("state"),
+                f"`{self.declared.name}` is past {what}, where its law gives way: a nominal stress of {force} pulls it "
+                "on without end",
+                "not stable under a force",
+                "it is a state where what moves the body is imposed; a body of that law thins out in one place",
+            ),
+        )
+
+    @property
+    def _driven_words(self) -> str:
+        return "stretch" if self.made.shear is None else "shear"
+
+    def _amount(self, at: PointState) -> str:
+        a = self.made.driven[0]
+        return f"{at.F[a, a if self.made.shear is None else self.made.shear[1]]:.4g}"
+
+    def _ended(self, none: NoState) -> str:
+        """Why there is no state, in words."""
+        axes = ", ".join(f"{NAMES[i]} {s:.4g}" for i, s in enumerate(none.stretches))
+        why = "the law ends there, or gives way across it"
+        if any(self.made.stresses):
+            peak = none.share > 0.0 and self.point.state(self.drive.at(none.share)).freed < PEAK
+            why = "the force has its maximum there" if peak else "the force grows there, but by no step of 0.1 % of it"
+        return (
+            f"no state of its law beyond {100.0 * none.share:.3g} % of what is imposed, at stretches of {axes}: {why}"
+        )
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """Where a point goes: F about an anchor, which is moved."""
+
+    F: Floats
+    anchor: Floats
+    shift: Floats
+
+    def __call__(self, X: Floats) -> Floats:
+        """Displacements (n, 3) of points X (n, 3), m."""
+        found: Floats = (X - self.anchor) @ (self.F - np.eye(3)).T + self.shift
+        return found
+
+
+@dataclass(frozen=True)
+class Told(WithoutCells):
+    """The stress of the point, as metrics ask it of a model: the same everywhere."""
+
+    state: PointState
+    small: bool
+
+    @cached_property
+    def _tensors(self) -> Tensors:
+        F, P = self.state.F, self.state.P
+        sigma = P if self.small else P @ F.T / np.linalg.det(F)
+        six = np.array([[0.5 * (sigma[i, j] + sigma[j, i]) for i, j in SYMMETRIC]])
+        return Tensors(six, (F - np.eye(3)).reshape(1, 9), self.small)
+
+    def at(self, X: Floats) -> Tensors:
+        """At points X (n, 3) of the undeformed body."""
+        one = self._tensors
+        return Tensors(np.tile(one.six, (len(X), 1)), np.tile(one.H, (len(X), 1)), self.small)
+
+    @property
+    def usual(self) -> tuple[float, float, float]:
+        """The norms of stress, Pa, of Green's strain, and of the deviator, Pa."""
+        one = self._tensors
+        deviator = float(von_mises(one.cauchy)[0]) / 1.5**0.5
+        return float(norm_of(one.six)[0]), float(np.linalg.norm(one.strain("green"))), deviator
+
+
+def load(model: Homogeneous) -> None:
+    """All that building needs is imported with this module."""
+
+
+def prepare(model: Homogeneous, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """A material point with what supports and loads impose on it. Raises Fault."""
+    return PreparedPoint(declared, case, driven(case, model.state, declared), point_of(case, model.strain), Block(case))
+
+
+def point_of(case: Case, strain: str) -> MaterialPoint:
+    """The point of a body's material."""
+    material = case.material
+    if not material.incompressible:
+        return MaterialPoint(law_for(material, strain), None, strain == "small")
+    split = mixed_for(material, strain)
+    assert split is not None
+    return MaterialPoint(split.shape, split.constraint, strain == "small")

@@ -1,0 +1,96 @@
+"""What builds each model: its words know nothing of arrays, and what makes arrays of them is imported when asked for.
+
+To add a model: its words in MODELS, and the module that builds it here, with `load(model)`, which imports what
+building needs, and `prepare(model, declared, case, workshop)`, which raises Fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.plugin_words import blamed
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
+from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
+from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.rods.external_rod_declaration import OutsideRod
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.imported_results.imported_results_declaration import Results
+from softmark.interpreter.models.material_point.material_point_declaration import Homogeneous
+from softmark.interpreter.models.reduced.reduced_declaration import Modal, Pod
+from softmark.interpreter.models.shared.prepared_model import Prepared, Workshop
+from softmark.interpreter.models.spring_network.spring_declaration import MassSpring
+from softmark.interpreter.problem.body_case import Case
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Builder:
+    """What builds a model that is none of ours."""
+
+    load: Callable[[Any], None]
+    prepare: Callable[[Any, Declared, Case, Workshop], Prepared]
+
+
+PREPARED = ("size", "notes", "mesh", "assembly", "points", "forces", "outside", "warm", "after", "solve")
+
+BUILDERS: dict[type[Any], str | Builder] = {
+    Fem: "softmark.interpreter.models.fem.fem_builder",
+    Beam6Dof: "softmark.interpreter.models.beam.beam_builder",
+    Frame6Dof: "softmark.interpreter.models.beam_frame.frame_builder",
+    Homogeneous: "softmark.interpreter.models.material_point.material_point_builder",
+    MassSpring: "softmark.interpreter.models.spring_network.spring_builder",
+    Outside: "softmark.interpreter.models.external.external_builder",
+    OutsideRod: "softmark.interpreter.models.external.rods.external_rod_builder",
+    Modal: "softmark.interpreter.models.reduced.reduced_builder",
+    Pod: "softmark.interpreter.models.reduced.reduced_builder",
+    Results: "softmark.interpreter.models.imported_results.imported_results_builder",
+}
+
+# of bodies whose stress relaxes
+REMEMBERING: dict[type[Any], str] = {
+    Fem: "softmark.interpreter.models.fem.fem_relaxation",
+    Beam6Dof: "softmark.interpreter.models.beam.beam_relaxation",
+    Outside: "softmark.interpreter.models.external.external_builder",  # which says that it is not
+    OutsideRod: "softmark.interpreter.models.external.rods.external_rod_builder",
+}
+# of bodies that fluid seeps through
+SOAKED: dict[type[Any], str] = {
+    Fem: "softmark.interpreter.models.fem.poroelastic_analysis",
+    Outside: "softmark.interpreter.models.external.external_builder",
+}
+
+
+def load(model: Any) -> None:
+    """Import what building a model needs, so that no clock counts it. Raises KeyError for what is no model."""
+    _builder(model).load(model)
+
+
+def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """A model of a scene as arrays, ready to solve; the workshop may build others for it. Raises Fault."""
+    workshop.build = build
+    builder = _builder(declared.thing)
+    if case.remembers:
+        known = (SOAKED if case.porous else REMEMBERING).get(type(declared.thing))
+        builder = builder if known is None else import_module(known)
+    try:
+        prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
+        missing = [n for n in PREPARED if isinstance(builder, Builder) and not hasattr(prepared, n)]
+    except Exception as error:
+        if (whose := blamed(error)) is None:
+            raise
+        from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+
+        return Unbuilt(whose, "failed")
+    if missing:
+        from softmark.interpreter.models.shared.unavailable_model import Unbuilt
+
+        return Unbuilt(f"what builds it gives a {type(prepared).__name__} without `{missing[0]}`", "failed")
+    return prepared
+
+
+def _builder(model: Any) -> Any:
+    known = BUILDERS[type(model)]
+    return known if isinstance(known, Builder) else import_module(known)

@@ -1,0 +1,76 @@
+"""Preparing one model, with a clock around it, and reading what was measured."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.models import model_builders
+from softmark.interpreter.models.shared.prepared_model import Prepared, Workshop
+from softmark.interpreter.problem.body_case import Case, case_for
+from softmark.pausing import loading
+
+
+def prepared_model(declared: Declared, case: Case, workshop: Workshop) -> tuple[Prepared, tuple[float, float]]:
+    """A model built for a case, and the wall and CPU seconds of building it, imports excluded. Raises Fault."""
+    with loading():
+        model_builders.load(declared.thing)
+    workshop.borrowed = (0.0, 0.0)
+    wall, cpu = time.perf_counter(), time.process_time()
+    prepared = model_builders.build(declared, case, workshop)
+    spent = time.perf_counter() - wall, time.process_time() - cpu
+    # a mesh that another model has made costs this one what it cost that one
+    return prepared, (spent[0] + workshop.borrowed[0], spent[1] + workshop.borrowed[1])
+
+
+def from_a_model(reference: Declared) -> bool:
+    """Whether a reference is made from what a model computes."""
+    return bool(reference.thing.how == "scanned")
+
+
+def measurement(scene: Scene, declared: Declared) -> Any:
+    """A measurement, moved onto the held face of the body where the scene asks for that."""
+    thing, register = declared.thing, declared.thing.registered
+    if register == "clamp":
+        from softmark.interpreter.problem.probe_points import held_face
+
+        return thing.load(held=held_face(case_for(scene, declared)))
+    return replace(thing, register="none").load() if register == "icp" else thing.load()
+
+
+@dataclass
+class Measurements(Mapping[str, Any]):
+    """What references of measured data hold, each read when it is first asked for; `seconds` (wall, CPU) of reading."""
+
+    scene: Scene
+    seconds: tuple[float, float] = (0.0, 0.0)
+    _read: dict[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Any:
+        """Raises KeyError for what is not measured, or cannot be read."""
+        if name not in self._read:
+            wall, cpu = time.perf_counter(), time.process_time()
+            self._read[name] = self._loaded(name)
+            spent = time.perf_counter() - wall, time.process_time() - cpu
+            self.seconds = self.seconds[0] + spent[0], self.seconds[1] + spent[1]
+        if self._read[name] is None:
+            raise KeyError(name)
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name in self.scene.of_kind("reference") if name in self)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def _loaded(self, name: str) -> Any:
+        declared = self.scene.of_kind("reference").get(name)
+        if declared is None or declared.thing.how != "measured":
+            return None
+        try:
+            return measurement(self.scene, declared)
+        except Exception:  # whatever is wrong with a file: the model that needs it says so
+            return None

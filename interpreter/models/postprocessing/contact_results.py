@@ -1,0 +1,119 @@
+"""What a contact comes to in a state, and what presses where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
+from softmark.interpreter.results.reaction_results import Friction, Touch
+from softmark.records import dataclass
+from softmark.solvers.contact.contact_pressure_recovery import Pressing
+from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.contact.rigid_contact import Touching
+
+SAME = 1e-7  # of the size of a slice: nodes that are nearer in its plane are at one place
+ON = 1e-3  # of the extent of the surface: a point that is farther from it is not on it
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A surface at rest at X (n, 3), m, and what presses on it; `may` are the nodes (m,) that may touch.
+
+    `rubbed` is what friction makes of all nodes (n,), by name. It may be `sides` surfaces, each pressed by the same.
+    """
+
+    X: Floats
+    may: Ints
+    pressing: Pressing
+    rubbed: Mapping[str, Floats] = field(default_factory=dict)
+    sides: int = 1
+
+    @property
+    def edge(self) -> float:
+        """The usual length of an edge of its facets, m."""
+        corners = self.X[self.pressing.corners]
+        lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        return float(np.median(lengths[lengths > 0.0]))
+
+    @cached_property
+    def at_nodes(self) -> Mapping[str, Floats]:
+        """`pressure`, Pa, and `gap`, m, at all nodes (n,); with friction `slip`, m, and `sticks`, as in `spread`."""
+        own = np.full(len(self.X), np.nan)
+        own[self.may] = self.pressing.g[self.may]
+        return {"pressure": self.pressing.pressures, "gap": own, **self.rubbed}
+
+    def pressures(self, X: Floats) -> Floats:
+        """At material points X (n, 3), m: Pa (n,), linear on triangles. Not a number of one that is not on it."""
+        return self.values("pressure", X)
+
+    def values(self, name: str, X: Floats) -> Floats:
+        """The same of any number at its nodes."""
+        from softmark.solvers.contact.signed_distance.triangle_tree import Boxes
+
+        split = np.array(self.pressing.plain.halves)
+        triangles = self.pressing.corners[:, split].reshape(-1, 3)
+        corners = self.X[triangles]
+        nearest, shares = Boxes(corners).closest(X)
+        far = np.linalg.norm(np.einsum("na,nai->ni", shares, corners[nearest]) - X, axis=1)
+        found: Floats = np.einsum("na,na->n", shares, self.at_nodes[name][triangles[nearest]])
+        size = float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
+        return np.where(far > ON * size, np.nan, found)
+
+
+def spread(
+    to_nodes: Callable[[Floats], Floats], A: Floats, slid: Floats, push: Floats, sticks: Floats
+) -> dict[str, Floats]:
+    """What friction makes of points, at nodes: `to_nodes` takes values of points (p,) to nodes (n,), by their shares.
+
+    `slip`, m, is the mean of how far points around have `slid` (p,), m, by their areas A (p,), m^2. `sticks` is 1 where
+    most of what presses by `push` (p,), N, sticks, which `sticks` (p,), N, says, -1 where it slides, and 0 where
+    nothing presses.
+    """
+    area, force = to_nodes(A), to_nodes(push)
+    pressed = force > 0.0
+    far = np.divide(to_nodes(A * slid), area, out=np.zeros_like(area), where=area > 0.0)
+    return {"slip": far, "sticks": np.where(pressed, np.where(2.0 * to_nodes(sticks) > force, 1.0, -1.0), 0.0)}
+
+
+def alike(X: Floats) -> Ints:
+    """A number for each node (n,) of a slice, the same for all at one place in its plane."""
+    size = float(np.ptp(X, axis=0).max())
+    found: Ints = np.unique(np.round(X[:, :2] / (SAME * size)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
+    return found
+
+
+def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> Touch:
+    """What a contact comes to, of nodes at X (n, 3), m, that are taken to be at x (n, 3) when moved by u (3 n,)."""
+    gaps, push = contact.gaps(u), contact.A * contact.pressures(u)
+    g = np.full(len(X), np.inf)
+    there = X[contact.nodes] + u.reshape(-1, 3)[contact.nodes]
+    g[contact.nodes] = contact.body.gap(there * (1.0, 1.0, 0.0) if contact.flat else there)
+    own = pressed(case, contact, X, x, contact.presses(u, len(X)), g)
+    on, whole = push > 0.0, float(push.sum())
+    left = float(push[on] @ gaps[on]) / whole if whole > 0.0 else 0.0
+    return touch_from(X, contact, own, float(gaps.min()), left)
+
+
+def pressed(case: Case, contact: Touching, X: Floats, x: Floats, f: Floats, g: Floats) -> Pressing:
+    """What presses by f (n,), N, with gaps g (n,), m, on nodes at X (n, 3), m, that are taken to be at x (n, 3)."""
+    assert contact.facets is not None
+    few = contact.extra is None and len(contact.A) <= len(contact.nodes) + len(contact.facets)
+    near = g < contact.barrier.distance
+    touching = near if few and (near.any() or not f.any()) else None  # else it touches between nodes as well, or alone
+    same = alike(X) if case.planar else None
+    return Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, same, touching)
+
+
+def touch_from(
+    X: Floats, contact: Touching, own: Pressing, gap: float, left: float, rubbing: Friction | None = None
+) -> Touch:
+    """What a contact comes to, of what presses, the least gap and the mean one where it does, m."""
+    return Touch(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)

@@ -1,0 +1,129 @@
+"""What a contact of surfaces that both deform comes to in a state: on each of them, told as one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.models.postprocessing.contact_results import Surface, alike, spread
+from softmark.interpreter.models.postprocessing.nodal_forces import force_at_nodes
+from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
+from softmark.interpreter.results.reaction_results import Friction, Touch
+from softmark.solvers.contact.closest_face_points import away
+from softmark.solvers.contact.contact_pressure_recovery import Pressing
+from softmark.solvers.contact.deformable_friction import Sliding
+from softmark.solvers.contact.surface_separation import least_facing_distance
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.friction_history import Rubbed
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.contact.contact_surface import Skin
+    from softmark.solvers.contact.deformable_contact import Colliding
+    from softmark.solvers.contact.deformable_friction import Hold
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.mesh.mesh import Mesh
+
+SIDES = 2  # each of the same area, and pressed by the same
+NEAR = 12  # faces of other pieces, by their middles, among which the nearest is
+LEAST = 1e-300  # N
+
+
+def meeting_of(
+    case: Case,
+    contact: Colliding | Sliding,
+    mesh: Mesh,
+    x: Floats,
+    u: Floats,
+    own: Rubbed | None,
+    force: Floats | None = None,
+) -> Touch:
+    """What it comes to, of nodes that are taken to be at x (n, 3), m, when moved by u (3 n,), m.
+
+    What presses on nodes, `force` (n, 3), N, is that of this state unless it is given. Pressures are those of the
+    forces at the nodes of both surfaces, as of a rigid body (`Pressing`), the area is half of that of both. Which
+    samples press, and how far what they press on is, tells the gap that is left.
+    """
+    sliding = contact if isinstance(contact, Sliding) else Sliding(contact, 0.0)
+    hold, pressing, skin = sliding.hold(u), sliding.pressing, contact.skin
+    own_facets, n = np.unique(skin.of), _outward(x, mesh.facets[np.unique(skin.of[hold.which])])
+    facets, both = mesh.facets[own_facets], _met(skin, hold, own_facets)
+    f = -np.einsum("ni,ni->n", force_at_nodes(pressing, u) if force is None else force, n)
+    nodes, g, near = np.unique(facets), np.full(len(x), np.nan), None
+    if pressing.alone:  # of what meets itself forces tell where it touches
+        g[nodes] = _gaps(skin, (mesh.points + u.reshape(-1, 3))[nodes], nodes, mesh, u)
+        near = g < pressing.distance
+    same = alike(mesh.points) if case.planar else None
+    pressed = Pressing(facets, x, f, g, plane_modulus(case), case.depth, same, near)
+    left = float(hold.N @ hold.far / max(float(hold.N.sum()), LEAST))
+    least: float | None = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))
+    if least == np.inf:  # farther apart than the barrier reaches
+        least = _across(skin, mesh, u)
+    rubbing, rubbed = (None, {}) if own is None else _rubbing(sliding, hold, skin, u, own, len(x))
+    field = Surface(mesh.points, nodes, pressed, rubbed, both)
+    return Touch(pressed.area / both, pressed.largest, least, left, field, rubbing)
+
+
+def _met(skin: Skin, hold: Hold, facets: Ints) -> int:
+    """How many surfaces are told of: 1 where a condition leaves out the one that is pressed on, else 2."""
+    there = np.isin(skin.home[hold.faces], facets)
+    return SIDES if hold.N @ there >= 0.5 * hold.N.sum() else 1
+
+
+def _outward(x: Floats, facets: Ints) -> Floats:
+    """Unit normals (n, 3) of a surface at x (n, 3), m: means over facets around each node, by their areas."""
+    c = x[facets[:, : 4 if facets.shape[1] in (4, 8, 9) else 3]]
+    one, other = (c[:, 2] - c[:, 0], c[:, 3] - c[:, 1]) if c.shape[1] == 4 else (c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
+    found = np.zeros_like(x)
+    for column in facets.T:
+        np.add.at(found, column, np.cross(one, other))
+    size = np.linalg.norm(found, axis=1, keepdims=True)
+    unit: Floats = np.divide(found, size, out=np.zeros_like(found), where=size > 0.0)
+    return unit
+
+
+def _gaps(skin: Skin, places: Floats, nodes: Ints, mesh: Mesh, u: Floats) -> Floats:
+    """How far nodes at places (m, 3), m, are from faces of other pieces (m,), m."""
+    from scipy.spatial import cKDTree
+
+    from softmark.solvers.contact.contact_surface import pieces_of
+
+    d, corners = skin.X.shape[1], skin.faces
+    V = skin.places(u)[: skin.corners]
+    of, piece = skin.patch[corners[:, 0]], pieces_of(mesh)[nodes]
+    found = np.full(len(nodes), np.inf)
+    for one in np.unique(piece):
+        mine, others = np.flatnonzero(piece == one), np.flatnonzero(of != one)
+        if not len(others):
+            continue
+        faces, p = V[corners[others]], places[mine, :d]
+        k = min(NEAR, len(others))
+        near = cKDTree(faces.mean(axis=1)).query(p, k=k)[1].reshape(len(mine), k)
+        far = np.linalg.norm(away(np.repeat(p, k, axis=0), faces[near.ravel()]), axis=1)
+        found[mine] = far.reshape(len(mine), k).min(axis=1)
+    return found
+
+
+def _across(skin: Skin, mesh: Mesh, u: Floats) -> float | None:
+    """The least distance across a fold or a slot, m; None where no parts of the surface face each other."""
+    V, d = skin.places(u)[: skin.corners], skin.X.shape[1]
+    c = (mesh.points + u.reshape(-1, 3))[mesh.facets[skin.home]]
+    quads = mesh.facets.shape[1] in (4, 8, 9)
+    n = np.cross(c[:, 2] - c[:, 0], c[:, 3] - c[:, 1]) if quads else np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
+    n = n[:, :d] / np.maximum(np.linalg.norm(n[:, :d], axis=1, keepdims=True), LEAST)
+    found = least_facing_distance(V, skin.faces, n)
+    return None if found is None or not np.isfinite(found) else found
+
+
+def _rubbing(
+    contact: Sliding, hold: Hold, skin: Skin, u: Floats, own: Rubbed, n: int
+) -> tuple[Friction, dict[str, Floats]]:
+    """What friction makes of it, and how far nodes (n,) have slid, and whether they stick; areas are half of both."""
+    slides = hold.slip(u, contact.friction).slides
+    area, whole = skin.A[hold.which] / SIDES, float(hold.N.sum())
+    slid = float(own.slid[hold.which].max(initial=0.0))
+    told = Friction(slid, float(hold.N[~slides].sum() / max(whole, LEAST)), float(area[~slides].sum()), own.now)
+    rows = abs(skin.M[skin.X.shape[1] * skin.corners :: skin.X.shape[1], : 3 * n : 3])
+    N, sticks = np.zeros((2, skin.points))
+    N[hold.which], sticks[hold.which] = hold.N, np.where(slides, 0.0, hold.N)
+    return told, spread(lambda values: rows.T @ values, skin.A, own.slid, N, sticks)

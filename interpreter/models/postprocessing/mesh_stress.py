@@ -1,0 +1,128 @@
+"""The stress of a model that was solved on a mesh: nothing of it is imported or computed before it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.models.shared.prepared_model import Moved, Solution
+from softmark.interpreter.results.state_results import Moment
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import at_state
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.models.shared.model_declaration import Model
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.stress_recovery.stress_field import Stresses
+
+INSIDE = 1e-9  # of a motion: how far before its end its courses are looked at
+
+
+def stressed(scene: Scene, declared: Declared, case: Case, solution: Solution) -> Solution:
+    """The solution, able to tell its stress: of a reduced model, by the law of what it reduces."""
+    if solution.displacement is None or solution.mesh is None:
+        return replace(
+            solution, stress=None if isinstance(declared.thing.stress_law, str) else _at_rest_alone(solution)
+        )
+    of = declared.thing.reduces
+    solid = declared if of is None else scene.declared[of]
+    if of is not None:
+        from softmark.interpreter.problem.body_case import case_for
+
+        case = case_for(scene, solid)
+    return replace(solution, stress=stress_of(solid.thing, case, solution.mesh))
+
+
+def _at_rest_alone(solution: Solution) -> Callable[[], Stresses] | None:
+    """The stress of a model without a mesh, which it tells of a state of rest."""
+    moved = Settled(None, "the stress of sections is known of beams at rest, and this is a motion")
+    return solution.stress or (None if solution.displacement is None else moved)
+
+
+def stress_of(model: Model, case: Case, mesh: Moved) -> Callable[[], Stresses]:
+    """What tells the stress of a model from its mesh, made once. It raises NoStress, with a reason."""
+    return Told(model, _at_the_end(case), mesh)
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What tells the stress of a mesh of a case. Reports keep it: pickled, it is what it tells, without the case."""
+
+    model: Model
+    case: Case
+    mesh: Moved
+
+    def __call__(self) -> Stresses:
+        """Its stress. Raises NoStress, with a reason."""
+        return self._made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+
+        try:
+            return Settled, (self._made, None)
+        except NoStress as none:
+            return Settled, (None, str(none))
+
+    @cached_property
+    def _made(self) -> Stresses:
+        from softmark.solvers.stress_recovery.sampling_point_stress import NoStress, State
+        from softmark.solvers.stress_recovery.stress_field import Stresses
+
+        case, mesh, how = self.case, self.mesh, self.model.stress_law
+        if isinstance(how, str):
+            raise NoStress(how)
+        strain, way = how
+        if case.porous:
+            raise NoStress("its stress is that of skeleton and fluid, which is not recovered to points: ask for forces")
+        if case.remembers:
+            raise NoStress("its stress is that of its past, which is not recovered to points: ask for forces")
+        u = mesh.displacement.astype(float)  # of single precision too
+        around = case.depth > 0.0
+        state = State(mesh.mesh, case.material, strain, u, way, mesh.pressures, bool(case.planar), around)
+        if not case.uniform:
+            from softmark.interpreter.models.shared.heterogeneous_material import material_at
+
+            state = replace(state, at=material_at)
+        if not case.parts:
+            return Stresses(state)
+        from softmark.interpreter.models.shared.region_cells import owners
+        from softmark.solvers.stress_recovery.multi_material_recovery import Layers
+
+        return Layers.of(state, case.materials, owners(case, mesh.mesh).cells)
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Stress that is known already, or the reason why there is none."""
+
+    stress: Stresses | None
+    reason: str | None
+
+    def __call__(self) -> Stresses:
+        """The stress. Raises NoStress, with the reason."""
+        if self.stress is None:
+            from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+
+            raise NoStress(self.reason)
+        return self.stress
+
+
+def _at_the_end(case: Case) -> Case:
+    """A motion as its muscle pulls when it ends, just before what may jump there; any other case is as it was."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic) or all(muscle.thing.course is None for muscle in case.muscles):
+        return case
+    end = Moment(analysis.duration * (1.0 - INSIDE))
+
+    def seen(made: Declared) -> Declared:
+        return replace(made, thing=made.thing.in_state(0, end))
+
+    other = case.other_material
+    if getattr(other, "course", None) is not None:
+        other = at_state(other, end)
+    return replace(case, body=seen(case.body), parts=tuple(map(seen, case.parts)), other_material=other)

@@ -1,0 +1,45 @@
+"""What a solution says of forces: what supports carry, the work of loads, and the energy that is stored."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.postprocessing.nodal_forces import holders, reactions
+from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.results.reaction_results import AtRest
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+
+
+def at_rest(declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> AtRest:
+    """What a solution says of forces."""
+    if (seen := solution.followed) is not None:
+        return replace(seen.last, followed=seen)
+    if (why := _unknown(declared, case, solution)) is not None or solution.carried is None:
+        return AtRest(reason=why)
+    carried = solution.carried()
+    held = reactions(carried, carried.holders or holders(case, prepared.mesh, declared.thing))
+    most = max((float(np.linalg.norm(r.force)) for r in held.values()), default=0.0)
+    moved = float(np.linalg.norm(carried.u, axis=1).max(initial=0.0))
+    known = (held, carried.work, carried.energy, max(most, carried.largest), moved, carried.extent)
+    return AtRest(*known, dissipated=carried.dissipated, fluid=carried.fluid,
+                  touches=carried.touches)  # fmt: skip
+
+
+def _unknown(declared: Declared, case: Case, solution: Solution) -> str | None:
+    """Why it says nothing of them, if it does not."""
+    if solution.displacement is None:
+        return "there is no solution"
+    if solution.carried is None:
+        if declared.thing.forceless is not None:
+            found: str = declared.thing.forceless
+            return found
+        if isinstance(case.analysis, Dynamic):
+            return "reactions are those of a state of rest, and this is a motion"
+        if declared.thing.reduces is not None:
+            return "a reduced model balances forces along its fields alone, so that supports carry what it leaves"
+        return "this kind of model does not say what its supports carry"
+    return None

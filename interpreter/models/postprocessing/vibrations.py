@@ -1,0 +1,69 @@
+"""Small vibrations of a model about its equilibrium, found where a metric asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.solvers.energies.energy import Floats
+
+if TYPE_CHECKING:
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.linear.linear_solver import Linear
+
+UNSTABLE = 1e-9  # of the largest value found: below it, under zero, a motion grows
+
+
+def none(reason: str) -> Callable[[int], Floats]:
+    """Of a state that has no frequencies: raises Undefined with the reason."""
+
+    def refused(count: int) -> Floats:
+        raise Undefined(reason)
+
+    return refused
+
+
+def about(assembly: Assembly, x: Floats, mass: Callable[[], Any], linear: Linear) -> Callable[[int], Floats]:
+    """A function of `count` that gives the lowest frequencies (count,), Hz, in the state x under the full load.
+
+    `mass` makes the mass matrix or its diagonal, of the first degrees of freedom; those behind them have none. It
+    raises Undefined, with a reason. Each count is found once: a report is made after every model, and at the end.
+    """
+    return cache(lambda count: _frequencies(assembly, x, mass(), linear, count))
+
+
+def matrix(mass: Any, assembly: Assembly) -> Any:
+    """A mass matrix, or its diagonal, of the first degrees of freedom, as one of those that are free (n, n), kg."""
+    from scipy import sparse
+
+    whole = sparse.csr_matrix(sparse.diags(mass) if mass.ndim == 1 else mass)
+    whole.resize(assembly.dofs, assembly.dofs)
+    return whole[assembly.free][:, assembly.free]
+
+
+def _frequencies(assembly: Assembly, x: Floats, mass: Any, linear: Linear, count: int) -> Floats:
+    import numpy as np
+
+    from softmark.solvers.dynamics.vibration_modes import CLOSE, NotSettled, lowest, unsettled
+    from softmark.solvers.linear.factorisations import Singular
+    from softmark.solvers.linear.linear_solver import Linear, Systems
+
+    if not assembly.conservative:
+        raise Undefined("its forces have no energy: what follows them may grow, and has no modes of its own")
+    K, M = assembly.tangent(x.astype(np.float64), 1.0), matrix(mass, assembly)
+    try:
+        plain = Linear(modes=linear.modes, spare=linear.spare)
+        values, modes = lowest(K, M, count, lambda: Systems(plain).direct(K))
+    except (NotSettled, Singular) as error:
+        raise Undefined(str(error)) from error
+    if (left := unsettled(K, M, values, modes)) > CLOSE:
+        what, remedy = (
+            (f"{count} modes were", "ask for fewer") if count > 1 else ("one mode was", "others are too stiff")
+        )
+        raise Undefined(f"{what} not found, to {left:.1g} of the forces only: {remedy}")
+    if values[0] < -UNSTABLE * np.abs(values).max():
+        raise Undefined("the equilibrium is unstable: what moves away from it does not come back")
+    found: Floats = np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)
+    return found

@@ -1,0 +1,456 @@
+"""Building and solving a reduced model: everything here is arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import field, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from scipy import sparse
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.fem import fem_builder
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.models.reduced.reduced_declaration import PARTS, Modal, Pod
+from softmark.interpreter.models.reduced.reduced_space import Basis, Rest, gradient_of, modal_space, pod_space
+from softmark.interpreter.models.reduced.training_states import (
+    Training,
+    beyond,
+    extrapolates,
+    repeats,
+    scene_of,
+    trained,
+)
+from softmark.interpreter.models.shared import static_result
+from softmark.interpreter.models.shared.deformed_mesh import Meshed, displacement_of
+from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, kept_of
+from softmark.interpreter.problem.body_case import Case, case_for, fault
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats, Ints, VectorSpace
+from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
+from softmark.solvers.linear.factorisations import Singular
+from softmark.solvers.model_reduction.cell_energies import part, pressed
+from softmark.solvers.model_reduction.hyperreduction import Sample, sample
+from softmark.solvers.model_reduction.projected_energy import Dense, Projected, Quadratic
+from softmark.solvers.model_reduction.reduction_error import ReducedMotion, dynamic_error, static_error
+from softmark.solvers.statics.static_equilibrium import Equilibrium, NotConverged, Statics, equilibrium
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.dynamic_problem import Dynamics
+    from softmark.solvers.dynamics.integrator import Motion
+    from softmark.solvers.dynamics.trajectory import Trajectory
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+IDLE = 1e-9  # of the loads: what must act along the fields of a space
+NONE: Ints = np.zeros(0, dtype=np.int64)
+
+
+# ------------------------------------------------------------------ the equations in the space
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Energies over the unknowns of a basis, from all cells or from a sample."""
+
+    static: PreparedSolid
+    basis: Basis
+    sample: Sample | None = None
+
+    @property
+    def r(self) -> int:
+        """Unknowns, with that of what is imposed."""
+        return int(self.basis.fields.shape[1])
+
+    @cached_property
+    def cells(self) -> Ints:
+        """Cells that are evaluated."""
+        return np.arange(len(self.static.mesh.cells)) if self.sample is None else self.sample.cells
+
+    @cached_property
+    def nodes(self) -> Ints:
+        """Nodes of these cells."""
+        return np.unique(self.static.mesh.cells[self.cells])
+
+    def _rows(self, nodes: Ints) -> Floats:
+        fields = self.basis.fields.reshape(-1, 3, self.r)
+        return np.ascontiguousarray(fields[nodes].reshape(-1, self.r))
+
+    def _some(self, energy: Energy) -> Energy:
+        weights = np.ones(len(self.cells)) if self.sample is None else self.sample.weights
+        return part(energy, self.cells, weights, self.nodes)
+
+    def internal(self, energies: Sequence[Energy]) -> list[Energy]:
+        """Energies of cells in the space."""
+        found: list[Energy] = [Projected(self._some(e), self._rows(self.nodes)) for e in energies]
+        if self.static.model.strain != "small":
+            return found
+        whole = Assembly(self.r, NONE, found, [])
+        zero = np.zeros(self.r)
+        return [Quadratic(whole.tangent(zero, 0.0).toarray(), whole.rounding(zero))]
+
+    def load(self, load: Energy) -> Energy:
+        """A load in the space: exactly that of the full model."""
+        if isinstance(load, DeadForces):
+            return DeadForces(load.f @ self.basis.fields)
+        if isinstance(load, FollowerPressure):
+            own, nodes = pressed(load)
+            return Projected(own, self._rows(nodes))
+        return Projected(load, self.basis.fields)
+
+    def assembly(self, internal: Sequence[Energy], loads: Sequence[Energy]) -> Assembly:
+        """Energies and loads of the full model in the space; the unknown of what is imposed is held."""
+        return Assembly(self.r, self.fixed, self.internal(internal), [self.load(load) for load in loads])
+
+    @property
+    def fixed(self) -> Ints:
+        """The last unknown where something is imposed."""
+        return NONE if self.basis.lift is None else np.array([self.r - 1])
+
+    def sound(self) -> Any:
+        """Whether none of the cells that are evaluated is inside out."""
+        elastic: Any = part(self.static.elastic, self.cells, np.ones(len(self.cells)), self.nodes)
+        rows, whole = self._rows(self.nodes), fem_builder.soundness(self.static.model, elastic)
+        return lambda q: whole(rows @ q)
+
+    def statics(self) -> Statics:
+        """The static problem."""
+        full, weights = self.static.problem, np.abs(self.basis.fields).max(axis=0)
+        assembly = self.assembly(full.assembly.internal, full.assembly.loads)
+        twin = None if full.twin is None else assembly.with_internal(self.internal(full.twin.internal))
+        return Statics(
+            assembly,
+            VectorSpace(self.r),
+            np.zeros(self.r),
+            self.fixed,
+            np.ones(len(self.fixed)),
+            full.tolerance,
+            full.max_iterations,
+            twin,
+            self.sound(),
+            convex=full.convex,
+            extent=full.extent,
+            weights=1.0 / weights,
+        )
+
+
+def _sampled(model: Modal | Pod, rest: Rest, basis: Basis) -> Equations:
+    """The equations, with cells sampled where the model asks for it. Raises NotConverged."""
+    whole = Equations(rest.static, basis)
+    if model.cells == "all":
+        return whole
+    states = _own_states(whole) if basis.states is None else basis.states
+    return replace(whole, sample=sample(rest.assembly.internal, basis.V, states, rest.size, model.sampling))
+
+
+def _own_states(whole: Equations) -> Floats:
+    """States (s, dofs) of the reduced model at parts of the load, all cells evaluated. Raises NotConverged."""
+    problem, found = whole.statics(), []
+    for share in PARTS:
+        full = whole.static.problem.assembly
+        loads = [_Scaled(load, share) for load in full.loads]
+        at = replace(problem, assembly=whole.assembly(full.internal, loads), target=share * problem.target)
+        found.append(whole.basis.fields @ equilibrium(at).x)
+    return np.array(found)
+
+
+@dataclass(frozen=True)
+class _Scaled(Energy):
+    """A load times a factor."""
+
+    load: Energy
+    factor: float
+
+    @property
+    def conservative(self) -> bool:
+        return self.load.conservative
+
+    @property
+    def stencils(self) -> Ints:
+        return self.load.stencils
+
+    def rounding(self, x: Floats) -> float:
+        return self.factor * self.load.rounding(x)
+
+    def value(self, x: Floats) -> float:
+        return self.factor * self.load.value(x)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        self.load.add_gradient(x, g, scale * self.factor)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        self.load.add_hessian(x, data, slots, scale * self.factor, projected)
+
+
+# ------------------------------------------------------------------ what is solved
+
+
+@dataclass(frozen=True)
+class Recovered(Meshed):
+    """The mesh of the full model and the displacements of its points, found when they are asked for."""
+
+    fields: Floats
+    q: Floats
+    times: Floats | None = None
+    frames: Floats | None = None
+    pressures: Floats | None = None
+    left: Floats | None = None
+    beside: Mapping[str, Any] = field(default_factory=dict)
+    rubbed: Mapping[str, Any] = field(default_factory=dict)
+    stiffer: float = 1.0
+    joined: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def displacement(self) -> Floats:
+        """(n, 3) m."""
+        return (self.fields @ self.q).reshape(-1, 3)
+
+    def at(self, X: Floats) -> Floats:
+        """Displacements (n, 3) of material points, m."""
+        return displacement_of(self.mesh, self.displacement)(X)
+
+
+@dataclass(frozen=True)
+class PreparedReduced:
+    """A basis, the equations in it, and what the report says of both; `failure` is why there are none."""
+
+    declared: Declared
+    rest: Rest
+    equations: Equations | None
+    problem: Statics | None
+    facts: dict[str, Any]
+    notes: tuple[Diagnostic, ...]
+    failure: str = ""
+
+    @property
+    def size(self) -> dict[str, int]:
+        """Nodes and elements that are evaluated, and unknowns."""
+        if self.equations is None:
+            return {"nodes": 0, "elements": 0, "dofs": 0}
+        evaluated = 0 if self.rest.static.model.strain == "small" else len(self.equations.cells)
+        nodes = len(self.equations.nodes) if evaluated else 0
+        return {"nodes": nodes, "elements": evaluated, "dofs": self.equations.basis.V.shape[1]}
+
+    def warm(self) -> None:
+        """Compile the kernels of the solution, outside the clock."""
+        self.rest.static.warm()
+        if self.problem is not None:
+            with suppress(NotConverged):  # it is for the solution to say so
+                equilibrium(self.problem)
+
+    @property
+    def mesh(self) -> Mesh:
+        """Of the full model."""
+        return self.rest.static.mesh
+
+    @property
+    def assembly(self) -> Assembly:
+        """Of the full model."""
+        return self.rest.static.assembly
+
+    @property
+    def points(self) -> Floats:
+        """Nodes of the full model (n, 3), m."""
+        return self.rest.static.points
+
+    def forces(self) -> list[tuple[Declared, Floats]]:
+        """Of every load by itself on the full model (n, 3), N."""
+        return self.rest.static.forces()
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
+        return self.rest.static.outside(X)
+
+    def after(self, before: Moved) -> Self:
+        """It starts from rest: its unknowns are few."""
+        return self
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium of the reduced equations, from rest."""
+        if self.problem is None:
+            return Solution("not_converged", self.failure, {"reduced": self.facts})
+        problem = replace(self.problem, watch=watch)
+        remedy = "try a smaller load, more modes, or `cells = all`"
+        found = static_result.solution(lambda: equilibrium(problem), remedy, self._finish)
+        return replace(found, facts=found.facts | {"reduced": self.facts})
+
+    def _finish(self, found: Equilibrium) -> Solution:
+        fields = self.problem_fields
+        mesh = Recovered(self.rest.static.mesh, fields, found.x)
+        solution = static_result.found(found, mesh.at)
+        error = partial(static_error, self.rest.static.problem, fields @ found.x)
+        return replace(solution, notes=static_result.doubts(self.declared, found), mesh=mesh, reduction_error=error)
+
+    @property
+    def problem_fields(self) -> Floats:
+        """The fields that unknowns stand for (dofs, r)."""
+        if self.equations is None:
+            raise ValueError("there are no equations")
+        return self.equations.basis.fields
+
+
+@dataclass(frozen=True)
+class MovingReduced(PreparedMotion):
+    """A reduced model in motion; `whole` is the same motion of the full model."""
+
+    static: PreparedReduced
+    fields: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    whole: Dynamics | None = None
+
+    def warm(self) -> None:
+        """Compile what the solution needs: two steps, outside the clock."""
+        if self.static.equations is not None:
+            super().warm()
+
+    def solve(self, watch: Watch) -> Solution:
+        """March from the start to the end."""
+        if self.static.equations is None:
+            return Solution("not_converged", self.static.failure, {"reduced": self.static.facts})
+        found = super().solve(watch)
+        return replace(found, facts=found.facts | {"reduced": self.static.facts})
+
+    def _state(self, motion: Motion) -> Floats:
+        """Unknowns, velocities and accelerations (3, r) of a motion."""
+        return np.array([motion.x, motion.v, motion.a])
+
+    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+        return super()._mode(self.fields @ shape)
+
+    def _finish(self, track: Trajectory, every: int) -> Solution:
+        kept = kept_of(track, every)
+        q, v, a = (np.array([track.observed[i].x[k] for i in kept]) for k in range(3))
+        for row in track.observed:
+            if row.x is not None:
+                row.x = self.fields @ row.x[0]
+        found = super()._finish(track, every)
+        assert self.whole is not None
+        motion = ReducedMotion(self.fields, track.times[kept], q, v, a)
+        return replace(found, reduction_error=partial(dynamic_error, self.whole, self.problem, motion))
+
+
+# ------------------------------------------------------------------ making one
+
+
+def load(model: Modal | Pod) -> None:
+    """All that building needs is imported with this module."""
+
+
+def prepare(model: Modal | Pod, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """The basis, trained where it needs it, and the equations in it. Raises Fault."""
+    scene = scene_of(workshop, declared)
+    full = scene.declared[model.of]
+    own = replace(case_for(scene, full), analysis=case.analysis)
+    static, parts = fem_builder.at_rest(full.thing, full, own, workshop)
+    mass = fem_builder.mass_of(full.thing, own, static.mesh, parts)
+    rest = Rest(static, sparse.diags(mass).tocsr() if mass.ndim == 1 else mass.tocsr())
+    notes, facts = static.notes, _said(model)
+    if isinstance(model, Modal):
+        space = partial(modal_space, model, declared, rest)
+    else:
+        training = trained(model, declared, own, static.mesh, workshop)
+        outside_of = beyond(training, scene)
+        notes = (*notes, *extrapolates(declared, outside_of))
+        facts |= _said_of(training, outside_of) | {"repeats": repeats(training, scene)}
+        space = partial(pod_space, model, declared, rest, training)
+    try:
+        still = _built(model, declared, rest, space, facts, notes)
+    except Singular as loose:
+        raise fault(
+            "E532",
+            declared.at("of"),
+            f"`{declared.name}` cannot be reduced about rest: its stiffness is singular there",
+            "free to move",
+            f"a support must hold `{own.body.name}`",
+        ) from loose
+    return _moving(still, full, own, workshop) if isinstance(own.analysis, Dynamic) else still
+
+
+def _said(model: Modal | Pod) -> dict[str, Any]:
+    return {"of": model.of, "space": "pod" if isinstance(model, Pod) else "modal"}
+
+
+def _said_of(training: Training, outside_of: list[str]) -> dict[str, Any]:
+    return {
+        "training": list(training.settings),
+        "ranges": training.ranges,
+        "failed": list(training.failed),
+        "training_s": training.seconds[0],
+        "training_cpu_s": training.seconds[1],
+        "extrapolates": outside_of,
+    }
+
+
+def _built(
+    model: Modal | Pod,
+    declared: Declared,
+    rest: Rest,
+    space: Callable[[], Basis],
+    facts: dict[str, Any],
+    notes: tuple[Diagnostic, ...],
+) -> PreparedReduced:
+    """The equations, or why there are none. Raises Fault."""
+    try:
+        equations = _sampled(model, rest, _moved(rest, space()))
+    except NotConverged as failed:
+        return PreparedReduced(declared, rest, None, None, facts, notes, failed.reason)
+    facts = facts | _said_of_equations(equations)
+    return PreparedReduced(declared, rest, equations, equations.statics(), facts, notes)
+
+
+def _moved(rest: Rest, basis: Basis) -> Basis:
+    """The basis. Raises NotConverged where loads do nothing in it: what is left of them is rounding."""
+    forces = [gradient_of(load, np.zeros(rest.assembly.dofs)) for load in rest.assembly.loads]
+    whole = np.linalg.norm(forces)
+    inside = np.linalg.norm(np.array(forces) @ (basis.V / np.abs(basis.V).max(axis=0)))
+    if basis.lift is None and inside <= IDLE * whole and whole > 0:
+        raise NotConverged("its loads move none of its fields: train on states under such loads")
+    return basis
+
+
+def _said_of_equations(equations: Equations) -> dict[str, Any]:
+    """What the report says of the space and of the cells."""
+    found = {"dimension": int(equations.basis.V.shape[1]), **equations.basis.facts}
+    found |= {"cells": len(equations.cells), "of_cells": len(equations.static.mesh.cells)}
+    if equations.static.model.strain == "small":
+        found["cells"] = 0
+    if equations.sample is not None:
+        found["sampling_error"] = equations.sample.error
+    return found
+
+
+def _moving(still: PreparedReduced, full: Declared, case: Case, workshop: Workshop) -> MovingReduced:
+    """The same space with its mass. Raises Fault."""
+    whole: Any = fem_builder.prepare(full.thing, full, case, workshop)
+    problem, equations = whole.problem, still.equations
+    if equations is None:
+        return MovingReduced(still, still.declared, whole.analysis, problem, whole.mesh)
+    V, M = equations.basis.fields, still.rest.mass
+    mass = V.T @ (M @ V)
+    moving = replace(
+        problem,
+        assembly=equations.assembly(problem.assembly.internal, problem.assembly.loads),
+        mass=np.diag(mass).copy() if problem.integrator.explicit else sparse.csr_matrix(mass),
+        rest=np.zeros(equations.r),
+        velocity=_start(equations, M, problem.velocity),
+        fixed=equations.fixed,
+        target=np.ones(len(equations.fixed)),
+        sound=equations.sound(),
+        linear=Dense(),
+        lagged=False,
+        cap=None,
+    )
+    return MovingReduced(still, still.declared, whole.analysis, moving, whole.mesh, V, problem)
+
+
+def _start(equations: Equations, M: sparse.csr_matrix, velocity: Floats) -> Floats:
+    """The unknowns' velocities that are nearest to a velocity of the body, in its mass."""
+    V = equations.basis.V
+    own = V.T @ (M @ velocity)
+    return np.append(own, np.zeros(len(equations.fixed)))

@@ -1,0 +1,251 @@
+"""Reduced models: the equations of a finite element model in a space of a few fields of displacements."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.reduced import training_scenes
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.interpreter.problem.body_case import elsewhere
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.study_words import Sweep
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.problem.body_case import Case
+
+ADVICE = "such states are new to it: train on a range that holds the scene, and look at `full_residual`"
+PARTS = (0.25, 0.5, 0.75, 1.0)  # of all loads: what a training goes through where the scene does not say
+
+
+class Reduced(Model):
+    """What the reduced models share: a model of finite elements that they reduce."""
+
+    graded = True
+    of: str
+
+    @property
+    def reduces(self) -> str:  # type: ignore[override]
+        """The model of finite elements whose equations it reduces."""
+        return self.of
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against reducing that model."""
+        found = (
+            _not_reducible(scene, declared, case),
+            _linear(scene, declared),
+            _driven(declared, case),
+            _bedded(declared, case),
+            _touching(declared, case),
+        )
+        return [*(d for d in found if d is not None), *self.turns(declared, case), *self.forgets(declared, case)]
+
+
+@dataclass(frozen=True)
+class Modal(Reduced):
+    """A finite element model in the space of its lowest vibration modes.
+
+    The space holds `modes` vibration modes of the model `of` about rest (its own mass, its supports held), its linear
+    response to each load, and with `derivatives` as many modal derivatives, the fields by which static responses curve
+    when they grow (Idelsohn and Cardona 1985; Barbic and James 2005): without them a body that turns by more than a few
+    degrees locks. Nothing is trained: the space knows the loads of the scene and their places, not their size.
+
+    `cells = sampled` evaluates only cells that a non-negative least squares fit chooses and weighs (ECSW: Farhat,
+    Avery, Chapman and Cortial 2014), so that a solution costs nothing that grows with the mesh; they are fitted to
+    the reduced model's own states at a quarter, half, three quarters and all of the load, and to its stiffness at rest.
+    The space holds the supports fixed; imposed displacements enter by the linear response to them. Loads are reduced
+    exactly.
+
+    `converged` is said of the reduced equations. `full_residual` of the report is what is left of the full model's
+    equations, relative to its loads, and `estimated_error` the displacement error which that stands for (`W419`).
+    What `of` trades for speed (caps, precision, linear solver, start) plays no part. Source: Krysl, Lall and
+    Marsden (2001).
+    """
+
+    of: Annotated[str, "model", "the finite element model that is reduced"]
+    modes: Annotated[int, "1 in [1, 2000]", "how many vibration modes"] = 20
+    derivatives: Annotated[bool, "whether modal derivatives are added, as many as modes"] = True
+    cells: Annotated[Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"] = "all"
+    sampling: Annotated[float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"] = 0.01
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against it whatever the scene."""
+        return []
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        derived = " with their derivatives" if self.derivatives else ""
+        return f"`{self.of}` reduced to {self.modes} vibration modes{derived} and its linear responses{_cells(self)}"
+
+
+@dataclass(frozen=True)
+class Pod(Reduced):
+    """A finite element model in the space of its own solutions: proper orthogonal decomposition.
+
+    The model `of` is solved for a training set; the space holds the fields that are nearest to these states (Sirovich
+    1987): the first `modes`, or as many as leave at most `tolerance` of their root mean square, lengths measured in the
+    `norm` of the mass or of the strain energy. The training set is every part of all loads and imposed displacements in
+    `training` (`[0.25, 0.5, 0.75, 1]`), for every value of the sweep `over` if one is named: `over = directions` with
+    `study directions = sweep(weight.direction, over = [-z, +y])`. Sweeps may vary loads, imposed displacements and
+    materials, and not the mesh. Where the scene lies outside of these ranges, a warning says that it extrapolates.
+
+    Training is part of the set-up, and the report says how long it took; a model that shares it is charged with it too.
+    `cells = sampled` evaluates only cells that a non-negative least squares fit chooses and weighs (ECSW: Farhat,
+    Avery, Chapman and Cortial 2014): in all training states, and for small displacements, they give the reduced forces
+    of all cells within `sampling`. A solution then costs nothing that grows with the mesh. Loads are reduced exactly;
+    a pressure that follows the surface is evaluated on all of its facets.
+
+    `converged` is said of the reduced equations. `full_residual` of the report is what is left of the full model's
+    equations, relative to its loads, and `estimated_error` the displacement error which that stands for (`W419`). A
+    dynamic analysis marches the reduced equations; states at rest are then all that the space and the cells have
+    learnt.
+    """
+
+    of: Annotated[str, "model", "the finite element model that is reduced"]
+    training: Annotated[Any | None, "values", "parts of all loads that are solved, such as `[0.25, 0.5, 0.75, 1]`"] = (
+        None
+    )
+    over: Annotated[
+        str | None, "study", "a sweep: training goes through all its values; the scene as it is without"
+    ] = None
+    modes: Annotated[int | None, "1 in [1, 2000]", "how many fields; as many as `tolerance` needs without"] = None
+    tolerance: Annotated[float, "1 in (0, 1)", "part of the training states that may be left out"] = 1e-4
+    norm: Annotated[Literal["mass", "energy"], "what lengths of fields are measured by"] = "mass"
+    cells: Annotated[Literal["all", "sampled"], "which cells are evaluated: all, or a few with weights"] = "all"
+    sampling: Annotated[float, "1 in (0, 1)", "relative error of the forces that the sampled cells give"] = 0.01
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    @property
+    def parts(self) -> tuple[float, ...]:
+        """Parts of all loads in the training."""
+        return PARTS if self.training is None else tuple(float(v) for v in self.training.values)
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against it whatever the scene."""
+        found = (self._training(declared), self._too_many(declared), self._beyond(declared))
+        return [d for d in found if d is not None]
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against reducing that model."""
+        found = super().scene_doubts(scene, declared, case)
+        swept = self._no_sweep(scene, declared)
+        if swept is None and not found:
+            swept = training_scenes.remeshed(scene, declared)
+        return found + ([] if swept is None else [swept])
+
+    def _training(self, declared: Declared) -> Diagnostic | None:
+        if self.training is not None and any(self.training.dimension):
+            label, help = (
+                "has a unit",
+                "parts of the loads are numbers: `[0.5, 1]`; a sweep of a quantity is named by `over`",
+            )
+        elif not self.parts:
+            label, help = "empty", "give parts of all loads, such as `[0.25, 0.5, 0.75, 1]`"
+        elif min(self.parts) <= 0.0:
+            label, help = (
+                "not positive",
+                "at rest there is nothing to learn: give parts of all loads greater than 0",
+            )
+        else:
+            return None
+        return diagnostic("E532", declared.at("training"), f"`{declared.name}` cannot be trained on this", label, help)
+
+    def _too_many(self, declared: Declared) -> Diagnostic | None:
+        states = len(set(self.parts))
+        if self.modes is None or self.over is not None or self.modes <= states or not states:
+            return None
+        return diagnostic(
+            "E532",
+            declared.at("modes"),
+            f"`{declared.name}` asks for {self.modes} modes of {states} training states",
+            "more than there are states",
+            "train on more parts of the load, or on a sweep; or ask for fewer modes",
+        )
+
+    def _beyond(self, declared: Declared) -> Diagnostic | None:
+        """The scene is at full load, which a training that ends below it has not seen."""
+        if not self.parts or max(self.parts) >= 1.0 or self._training(declared) is not None:
+            return None
+        at, most = declared.at("training"), 100 * max(self.parts)
+        problem = f"`{declared.name}` extrapolates: it is trained up to {most:g} % of the load"
+        return diagnostic("W331", at, problem, "below the full load", ADVICE)
+
+    def _no_sweep(self, scene: Scene, declared: Declared) -> Diagnostic | None:
+        if self.over is None:
+            return None
+        study = scene.declared[self.over]
+        if isinstance(study.thing, Sweep):
+            return None
+        word = study.constructor.name
+        problem = f"`{declared.name}` is trained over `{self.over}`, which is no sweep"
+        return diagnostic("E532", declared.at("over"), problem, f"a {word}", "name a `sweep(...)`, or leave `over` out")
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan and the report."""
+        size = f"{self.modes} modes" if self.modes else f"modes to {self.tolerance:g} of its solutions"
+        parts = ", ".join(f"{100 * part:g}" for part in self.parts)
+        swept = f" over {self.over}" if self.over else ""
+        return f"`{self.of}` reduced to {size}, trained at {parts} % of the load{swept}{_cells(self)}"
+
+
+def _cells(model: Modal | Pod) -> str:
+    return ", cells sampled" if model.cells == "sampled" else ""
+
+
+def _not_reducible(scene: Scene, declared: Declared, case: Case) -> Diagnostic | None:
+    """The model that is reduced must be one of finite elements, of the same body."""
+    full = scene.declared[declared.thing.of]
+    if not isinstance(full.thing, Fem):
+        word = full.constructor.name
+        problem = f"`{declared.name}` cannot reduce `{full.name}`"
+        return diagnostic("E532", declared.at("of"), problem, f"a {word}", "name a model made by `fem(...)`")
+    if full.thing.formulation == "mixed":
+        at, problem = declared.at("of"), f"`{declared.name}` cannot reduce `{full.name}`, which has pressures"
+        help = "reduce `hex8` with `formulation = mean_dilatation`"
+        return diagnostic("E554", at, problem, "a saddle, not an energy", help)
+    if (body := elsewhere(scene, full, case)) is None:
+        return None
+    problem = f"`{declared.name}` is about `{case.body.name}`, and `{full.name}` is not"
+    return diagnostic("E532", declared.at("of"), problem, "another body", f"say `body = {body}`")
+
+
+def _linear(scene: Scene, declared: Declared) -> Diagnostic | None:
+    """Small strain needs no cells once it is reduced."""
+    full = scene.declared[declared.thing.of].thing
+    if declared.thing.cells == "all" or not full.constant:
+        return None
+    problem = f"`{declared.name}` samples the cells of a model whose stiffness is constant"
+    help = "leave `cells` out: small strain is reduced to one small matrix, and no cell is evaluated again"
+    return diagnostic("E532", declared.at("cells"), problem, "nothing to sample", help)
+
+
+def _bedded(declared: Declared, case: Case) -> Diagnostic | None:
+    """What stands for cells are the cells of a body, and springs on its surface are none."""
+    if not case.beds:
+        return None
+    problem = f"`{declared.name}` cannot reduce a body that lies on the springs of `{case.beds[0].name}`"
+    return diagnostic("E532", declared.at("of"), problem, "springs on a surface", f"use `{declared.thing.of}` itself")
+
+
+def _touching(declared: Declared, case: Case) -> Diagnostic | None:
+    """Its fields are those of a body that nothing touches."""
+    if not case.contacts:
+        return None
+    touch = case.contacts[0]
+    return diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",
+                      "a contact", f"use `{declared.thing.of}` itself")  # fmt: skip
+
+
+def _driven(declared: Declared, case: Case) -> Diagnostic | None:
+    """Explicit steps divide by a mass that is diagonal, and what is imposed has a mass in common with all else."""
+    analysis = case.analysis
+    moved = any(s.thing.tracked is not None or any(s.thing.displacement) for s in case.supports)
+    if not isinstance(analysis, Dynamic) or not analysis.explicit or not moved:
+        return None
+    problem = f"`{declared.name}` cannot be marched by {analysis.integrator} while its supports move"
+    return diagnostic("E532", declared.at("of"), problem, "its mass is not diagonal", "use an implicit integrator")

@@ -1,0 +1,184 @@
+"""The space of a reduced model: what the full model says of itself about rest, and the fields made of that."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+from softmark.interpreter.models.reduced.reduced_declaration import Modal, Pod
+from softmark.interpreter.models.reduced.training_states import Training
+from softmark.interpreter.problem.body_case import fault
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.linear.factorisations import Factor, factor
+from softmark.solvers.model_reduction.reduced_basis import derivatives, orthonormal, principal, vibration
+from softmark.solvers.statics.static_equilibrium import NotConverged
+
+SMALL = 1e-6  # of the body's size: displacements between which forces are compared
+
+
+# ------------------------------------------------------------------ the full model about rest
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A finite element model about rest: stiffness and mass of what is free, responses, and what is imposed."""
+
+    static: PreparedSolid
+    mass: sparse.csr_matrix  # (dofs, dofs), kg
+
+    @property
+    def assembly(self) -> Assembly:
+        """Its energies and loads."""
+        return self.static.problem.assembly
+
+    @property
+    def free(self) -> Ints:
+        """Degrees of freedom that no support holds."""
+        return self.assembly.free
+
+    @property
+    def size(self) -> float:
+        """Of the body, m."""
+        return self.static.problem.extent
+
+    @cached_property
+    def M(self) -> sparse.csr_matrix:
+        """Mass of the free degrees of freedom, kg."""
+        return self.mass[self.free][:, self.free].tocsr()
+
+    @cached_property
+    def K(self) -> sparse.csr_matrix:
+        """Stiffness of the free degrees of freedom at rest, N/m."""
+        K = self.assembly.tangent(np.zeros(self.assembly.dofs), 0.0)
+        return (0.5 * (K + K.T)).tocsr()
+
+    @cached_property
+    def factor(self) -> Factor:
+        """K, factorised."""
+        return factor(self.K)
+
+    def gradient(self, u: Floats) -> Floats:
+        """Internal forces on what is free, N, for displacements u of what is free."""
+        return self.assembly.gradient(self.placed(u), 0.0)[self.free]
+
+    def placed(self, fields: Floats) -> Floats:
+        """Fields over all degrees of freedom, zero where they are held."""
+        whole = np.zeros((self.assembly.dofs, *fields.shape[1:]))
+        whole[self.free] = fields
+        return whole
+
+    def lift(self, imposed: Floats) -> Floats:
+        """The linear response (dofs,) to displacements (c,) of what is held, m."""
+        x = np.zeros(self.assembly.dofs)
+        x[self.static.problem.fixed] = imposed
+        most = np.abs(imposed).max(initial=0.0)
+        if most == 0.0:
+            return x
+        step = SMALL * self.size / most
+        coupling = (self.assembly.gradient(step * x, 0.0) - self.assembly.gradient(-step * x, 0.0)) / (2 * step)
+        x[self.free] = -self.factor.solve(coupling[self.free])
+        return x
+
+    @cached_property
+    def responses(self) -> Floats:
+        """The linear response to each load (free, loads), m."""
+        zero = np.zeros(self.assembly.dofs)
+        forces = [gradient_of(load, zero)[self.free] for load in self.assembly.loads]
+        found = [-self.factor.solve(f) for f in forces if np.any(f)]
+        return np.column_stack(found) if found else np.zeros((len(self.free), 0))
+
+
+def gradient_of(energy: Energy, x: Floats) -> Floats:
+    """Its gradient alone (dofs,), N."""
+    g = np.zeros_like(x)
+    energy.add_gradient(x, g)
+    return g
+
+
+# ------------------------------------------------------------------ the space
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Fields V (dofs, r) with V^T M V = I, the lift (dofs,) of imposed displacements, and what the report says.
+
+    `states` (s, dofs) are those that sampled cells are fitted to, None: the reduced model's own.
+    """
+
+    V: Floats
+    lift: Floats | None
+    facts: dict[str, Any]
+    states: Floats | None = None
+
+    @property
+    def fields(self) -> Floats:
+        """V, with the lift as its last column where something is imposed."""
+        return self.V if self.lift is None else np.column_stack([self.V, self.lift])
+
+
+def modal_space(model: Modal, declared: Declared, rest: Rest) -> Basis:
+    """Vibration modes, linear responses, modal derivatives. Raises Fault."""
+    _few_enough(model.modes, declared, rest)
+    omega, modes = vibration(rest.K, rest.M, model.modes)
+    lift = _lift(rest)
+    loaded = [rest.responses, *(() if lift is None else (lift[rest.free][:, None],))]
+    static = np.column_stack(loaded)
+    V = orthonormal(np.column_stack([static, modes]), rest.M)[0]
+    if model.derivatives and rest.static.model.strain != "small":
+        V = orthonormal(np.column_stack([V, _curved(model, rest, static, omega, modes)]), rest.M)[0]
+    facts = {"frequencies_Hz": (omega / (2 * np.pi)).tolist()[:50]}
+    return Basis(rest.placed(V), lift, facts)
+
+
+def _curved(model: Modal, rest: Rest, static: Floats, omega: Floats, modes: Floats) -> Floats:
+    """The principal modal derivatives, as many as modes; modes are as large as loads would make them, by stiffness."""
+    reach = np.sqrt(np.max(np.sum(static * (rest.M @ static), axis=0), initial=0.0)) or 1.0
+    sized = modes * reach * (omega[0] / omega) ** 2
+    found = derivatives(rest.gradient, rest.factor.solve, np.column_stack([static, sized]), rest.size)
+    return principal(found, rest.M, model.modes, 0.0).V
+
+
+def pod_space(model: Pod, declared: Declared, rest: Rest, training: Training) -> Basis:
+    """The principal fields of the training states, without what is imposed.
+
+    Raises Fault, and NotConverged where training has come to nothing.
+    """
+    _few_enough(model.modes or 1, declared, rest)
+    if not len(training.states):
+        reasons = "; ".join(training.failed[:3])
+        raise NotConverged(f"`{model.of}` has no equilibrium in training: {reasons}")
+    held = training.states[:, rest.static.problem.fixed]
+    own = np.array([x - rest.lift(t) for x, t in zip(training.states, held, strict=True)])[:, rest.free].T
+    if not np.any(own):
+        raise NotConverged("it could not be trained: nothing deforms the body")
+    found = principal(own, rest.M if model.norm == "mass" else rest.K, model.modes, model.tolerance)
+    V = found.V if model.norm == "mass" else orthonormal(found.V, rest.M)[0]
+    facts = {"captured_energy": found.captured, "projection_error": found.error}
+    W = rest.placed(V)
+    shares = (rest.M @ own).T @ V  # (s, r)
+    states = shares @ W.T + np.array([rest.lift(t) for t in held])
+    return Basis(W, _lift(rest), facts, states)
+
+
+def _lift(rest: Rest) -> Floats | None:
+    target = rest.static.problem.target
+    return rest.lift(target) if np.any(target) else None
+
+
+def _few_enough(modes: int, declared: Declared, rest: Rest) -> None:
+    if modes <= len(rest.free):
+        return
+    raise fault(
+        "E532",
+        declared.at("modes"),
+        f"`{declared.name}` asks for {modes} modes of {len(rest.free)} unknowns",
+        "more than there are",
+        "ask for fewer, or refine the mesh",
+    )

@@ -1,0 +1,143 @@
+"""States that a reduced model is trained on: the full model solved at parts of the load, over the values of a sweep."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem import fem_builder
+from softmark.interpreter.models.reduced.reduced_declaration import ADVICE
+from softmark.interpreter.models.reduced.training_scenes import scenes
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.models.spring_network.stiffness_calibration import scaled
+from softmark.interpreter.planning.sweep_expansion import value_of
+from softmark.interpreter.problem.body_case import Case, case_for, fault
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.reduced.reduced_declaration import Pod
+    from softmark.solvers.mesh.mesh import Mesh
+
+SAME = 1e-9  # of a range: values that far outside are within
+
+
+@dataclass(frozen=True)
+class Training:
+    """States x (s, dofs) of the full model, m, what was imposed in each, and what the report says of them.
+
+    `ranges` are the values of what was varied, numbers or lists of numbers or texts; `failed` are settings without an
+    equilibrium. `seconds` are wall and CPU.
+    """
+
+    states: Floats
+    settings: tuple[str, ...]
+    ranges: dict[str, list[Any]]
+    failed: tuple[str, ...]
+    seconds: tuple[float, float]
+
+
+def trained(model: Pod, declared: Declared, case: Case, mesh: Mesh, workshop: Workshop) -> Training:
+    """The training states of a model, computed once for all that share them. Raises Fault."""
+    scene = scene_of(workshop, declared)
+    key: Any = ("training", model.of, model.parts, model.over)
+    if key not in workshop.meshes:
+        workshop.meshes[key] = _computed(model, declared, case, mesh, scene, workshop)
+        return known(workshop, key)
+    found = known(workshop, key)
+    workshop.borrowed = (
+        workshop.borrowed[0] + found.seconds[0],
+        workshop.borrowed[1] + found.seconds[1],
+    )
+    return found
+
+
+def known(workshop: Workshop, key: Any) -> Training:
+    """What a workshop keeps of a training."""
+    found: Training = workshop.meshes[key]
+    return found
+
+
+def scene_of(workshop: Workshop, declared: Declared) -> Scene:
+    """The scene that is being run. Raises Fault where there is none."""
+    if workshop.scene is None:
+        raise fault("E532", declared.at("of"), f"`{declared.name}` has no scene to find `{declared.thing.of}` in")
+    return workshop.scene
+
+
+def _computed(model: Pod, declared: Declared, case: Case, mesh: Mesh, scene: Scene, workshop: Workshop) -> Training:
+    wall, cpu = time.perf_counter(), time.process_time()
+    states, settings, failed = [], [], []
+    ranges: dict[str, list[Any]] = {"load": sorted(set(model.parts))}
+    for setting in scenes(model.over, scene):
+        for target, one in setting.values.items():
+            seen = ranges.setdefault(target, [])
+            seen += [] if one in seen else [one]
+        full = setting.scene.declared[model.of]
+        own = case_for(setting.scene, full)
+        # of one mesh, as a check has said
+        bench = Workshop({full.thing.meshed_as(own): mesh}, scene=workshop.scene, measured=workshop.measured)
+        for part in dict.fromkeys(model.parts):
+            words = f"{100 * part:g} % of the load{setting.words}"
+            static, _ = fem_builder.at_rest(full.thing, full, scaled(own, part), bench)
+            try:
+                states.append(equilibrium(static.problem).x)
+                settings.append(words)
+            except NotConverged as failure:
+                failed.append(f"{words}: {failure.reason}")
+    spent = time.perf_counter() - wall, time.process_time() - cpu
+    return Training(np.array(states).reshape(-1, mesh.points.size), tuple(settings), ranges, tuple(failed), spent)
+
+
+# ------------------------------------------------------------------ beyond the training
+
+
+def beyond(training: Training, scene: Scene) -> list[str]:
+    """What of the scene as it is lies outside the range of the training: `load`, or targets of its sweep."""
+    here = _here(training, scene)
+    return [name for name, seen in training.ranges.items() if not _within(here[name], seen)]
+
+
+def _here(training: Training, scene: Scene) -> dict[str, Any]:
+    """What was varied, as the scene has it."""
+    return {name: 1.0 if name == "load" else value_of(scene, name) for name in training.ranges}
+
+
+def repeats(training: Training, scene: Scene) -> bool:
+    """Whether the scene as it is was itself a setting of the training: its error then says how well it repeats."""
+    here = _here(training, scene)
+    return not training.failed and all(
+        any(_within(here[name], [one]) for one in seen) for name, seen in training.ranges.items()
+    )
+
+
+def _within(here: Any, seen: list[Any]) -> bool:
+    """Whether a value lies among those seen: in their range by components; a text is one of them."""
+    if isinstance(here, str):
+        return here in seen
+    low, high = np.min(np.array(seen, dtype=float), axis=0), np.max(np.array(seen, dtype=float), axis=0)
+    slack = SAME * np.maximum(np.abs(low), np.abs(high))
+    return bool(np.all(low - slack <= here) and np.all(here <= high + slack))
+
+
+def extrapolates(declared: Declared, found: list[str]) -> tuple[Diagnostic, ...]:
+    """A warning where the scene lies outside the sweep that it was trained on; that of loads is known to a check."""
+    targets = [f"`{name}`" for name in found if name != "load"]
+    if not targets:
+        return ()
+    at, verb = declared.at("over"), "lies" if len(targets) == 1 else "lie"
+    return (
+        diagnostic(
+            "W331",
+            at,
+            f"`{declared.name}` extrapolates: {' and '.join(targets)} {verb} outside its training",
+            "not seen in training",
+            ADVICE,
+        ),
+    )

@@ -1,0 +1,40 @@
+"""What a model that knows no contact says of one, and what does not go together with one: before anything is built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+
+LEVERS = {"precision": "double", "linear_cap": None, "cap": None, "start": None}  # of what is solved to the end, alone
+
+
+def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Errors for contacts of a case that has some."""
+    touch = case.contacts[0]
+    if not model.touches:
+        yield diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",
+                         "a contact", "`fem(...)` takes it")  # fmt: skip
+        return
+    for field, only in LEVERS.items():
+        if getattr(model, field, only) != only:
+            yield diagnostic("E651", declared.at(field), f"`{declared.name}` solves states with contact to the end,"
+                             " from rest, in double precision", f"not with the contact `{touch.name}`",
+                             f"leave `{field}` out")  # fmt: skip
+    if isinstance(case.analysis, Dynamic):
+        return
+    if case.analysis.path != "load" or case.analysis.disturbed != "none":
+        word = "path" if case.analysis.path != "load" else "disturbed"
+        yield diagnostic("E651", touch.at(), f"what touches is driven by the share of the load, and `{word}` of the"
+                         " analysis goes another way", "not with a contact", f"leave `{word}` out")  # fmt: skip
+    elif case.remembers:
+        yield diagnostic("E651", touch.at(), f"stress of `{case.body.name}` relaxes, or fluid seeps through it, and "
+                         "contacts of such bodies are not followed", "not with a contact",
+                         "use a material without a memory")  # fmt: skip

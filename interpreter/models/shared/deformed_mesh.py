@@ -1,0 +1,87 @@
+"""A mesh and how far its points moved: for fields at material points, and for files that other programs read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.results.even_thinning import picked
+from softmark.records import dataclass
+from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.mesh import Floats, Mesh
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.friction_history import Past
+    from softmark.solvers.contact.signed_distance.distance_function import Gap
+    from softmark.solvers.contact.surface_points import Joined
+
+FRAMES = 40  # of the mesh that are kept for other programs
+
+
+@dataclass(frozen=True)
+class Nodal:
+    """Displacements of material points X (n, 3) from those of the nodes of a mesh, `nodes` (nodes, 3), m."""
+
+    mesh: Mesh
+    nodes: Floats
+
+    def __call__(self, X: Floats) -> Floats:
+        """(n, 3), m."""
+        return locate(self.mesh, X).interpolate(self.nodes)
+
+
+def displacement_of(mesh: Mesh, u: Floats) -> Nodal:
+    """Displacements of material points from those of the nodes u (n, 3), m."""
+    return Nodal(mesh, u)
+
+
+@dataclass(frozen=True)
+class Meshed:
+    """A mesh as files that other programs read want it."""
+
+    mesh: Mesh
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points (n, 3), m."""
+        return self.mesh.points
+
+    @property
+    def cells(self) -> Any:
+        """Nodes of each cell (m, a)."""
+        return self.mesh.cells
+
+    @property
+    def kind(self) -> str:
+        """The element."""
+        return self.mesh.kind
+
+
+@dataclass(frozen=True)
+class Deformed(Meshed):
+    """A mesh and the displacements of its points."""
+
+    displacement: Floats  # (n, 3) m
+    times: Floats | None = None  # (t,) s
+    frames: Floats | None = None  # (t, n, 3) m: displacements at these times
+    pressures: Floats | None = None  # (m, b) Pa, positive in tension: at four corners of each cell, or one in it
+    left: Floats | None = None  # (n, 3) m: the Newton step that would come next, where it is known
+    beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
+    rubbed: Past = field(default_factory=dict)  # what friction remembers, by contact
+    stiffer: float = 1.0  # times what was begun with were the barriers before them
+    joined: Mapping[str, Joined] = field(default_factory=dict)  # points that are kept clear besides, by contact
+
+
+def in_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
+    """What a solution has of displacements u (t, n, 3), m, at times (t,), s: `course`, `displacement` and `mesh`."""
+
+    def course(X: Floats) -> Floats:
+        place = locate(mesh, X)
+        return np.array([place.interpolate(one) for one in u])
+
+    some = picked(len(times), FRAMES)
+    last = Deformed(mesh, u[-1], times[some], u[some])
+    return {"course": course, "displacement": displacement_of(mesh, u[-1]), "mesh": last}

@@ -1,0 +1,132 @@
+"""Beds that a body lies on, and plates that lie on it: from what a scene says to springs on the facets of a mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.models.shared.loaded_surface import surface_of
+from softmark.interpreter.problem.body_case import fault
+from softmark.interpreter.problem.surface_selection.facet_patches import Patches
+from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane
+from softmark.interpreter.vocabulary.support_words import Level
+from softmark.solvers.elements import moment_fitted_quadrature
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.energies.elastic_foundation import Bedding
+from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
+    from softmark.solvers.mesh.mesh import Mesh
+
+SOME = 1000  # points at a time
+PLANE = 1e-6  # how far normals of a plane face may be from their mean
+RIGID = 1e6  # times as stiff as the body are the springs that keep a plate level
+MOST = 2000  # nodes that one plate holds level: a full matrix of 32 MB
+EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of shape functions are of fourth order
+
+
+def beds_on(case: Case, mesh: Mesh) -> dict[str, Bedding]:
+    """The springs and dashpots of every bed, by name. Raises Fault where a bed has no area."""
+    each = ((bed, _levelled if isinstance(bed.thing, Level) else _spread) for bed in case.beds)
+    return {bed.name: made(case, bed, mesh) for bed, made in each}
+
+
+def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
+    """What beds see of rigid motions about a centre (r, 6), as `holding` has them: no unit but of lengths.
+
+    With a node (r,) of the piece of the body that each row is about.
+    """
+    from softmark.interpreter.models.beam.rigid_motions import point_rows
+
+    for bed in case.beds:
+        facets, N, _, normal = _points(surface_of(case, bed, bed.thing.where, mesh))
+        X = np.einsum("pa,pai->pi", N, mesh.points[facets]) - centre
+        if isinstance(bed.thing, Level):
+            seen = np.hstack([normal, np.cross(X, normal)])
+            yield facets[:, 0], seen - seen.mean(axis=0)
+        elif bed.thing.directions == "all":
+            yield np.repeat(facets[:, 0], 3), point_rows(X, (0, 1, 2))
+        else:
+            yield facets[:, 0], np.hstack([normal, np.cross(X, normal)])
+
+
+def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:
+    """Integrals over each facet, of its whole or of the selected part. Raises Fault on a plane of symmetry."""
+    surface = surface_of(case, bed, bed.thing.where, mesh)
+    X = mesh.points[surface.touched]
+    must_not_act_on_plane(case, bed, X, mesh.points)
+    must_not_act_on_axis(case, bed, X, mesh.points)
+    facets, N, dA, normal = _points(surface, case.depth)
+    each, which = np.unique(facets, axis=0, return_inverse=True)
+    k = 3 * facets.shape[1]
+    K = np.zeros((len(each), k, k))
+    for at in range(0, len(facets), SOME):
+        some = slice(at, at + SOME)
+        n = normal[some]
+        D = n[:, :, None] * n[:, None, :] if bed.thing.directions == "normal" else np.eye(3) + np.zeros((len(n), 1, 1))
+        blocks = np.einsum("p,pa,pb,pij->paibj", bed.thing.stiffness * dA[some], N[some], N[some], D, optimize=True)
+        np.add.at(K, which.ravel()[some], blocks.reshape(-1, k, k))
+    damping: float = bed.thing.damping
+    return Bedding(each, K, damping / bed.thing.stiffness)
+
+
+def _levelled(case: Case, plate: Declared, mesh: Mesh) -> Bedding:
+    """Springs between every point of a plane face and the mean of all: one block of all its nodes. Raises Fault."""
+    facets, N, dA, normal = _points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
+    along = int(np.abs(normal.sum(axis=0)).argmax())
+    if float(np.abs(normal[:, along].mean() - normal[:, along]).max()) > PLANE or abs(normal[0, along]) < 1.0 - PLANE:
+        raise fault("E411", plate.at("where"), f"`{plate.name}` lies on no face of `{case.body.name}` that is normal to"
+                    " x, y or z", "no such plane face", "select one plane side of the body, and turn the scene so that"
+                    " it is normal to x, y or z")  # fmt: skip
+    nodes, place = np.unique(facets, return_inverse=True)
+    place = place.reshape(facets.shape)
+    if len(nodes) > MOST:
+        raise fault("E412", plate.at("where"), f"`{plate.name}` holds {len(nodes)} nodes level, each with all others",
+                    f"more than {MOST}", "use a larger size, or a plane or revolved body")  # fmt: skip
+    M = np.zeros((len(nodes), len(nodes)))
+    np.add.at(M, (place[:, :, None], place[:, None, :]), np.einsum("p,pa,pb->pab", dA, N, N, optimize=True))
+    m, area = M.sum(axis=1), float(dA.sum())
+    M -= np.outer(m, m) / area
+    return Bedding(nodes[None], plate_stiffness(case, mesh, area) * M[None], along=along)
+
+
+def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
+    """Of the springs that keep a plate of an area, m^2, level, Pa/m: by how stiff the body behind it is, and how high.
+
+    What a plate is taken for, which the watchdog takes it for as well.
+    """
+    modulus = float(max(material.shear_modulus for material in case.typical))
+    volume = float(mesh.volumes.sum())
+    if case.depth:  # all around
+        middle = mesh.points[mesh.cells].mean(axis=1)[:, 0]
+        volume = float((mesh.volumes * 2.0 * np.pi * middle).sum()) / case.depth
+    return RIGID * modulus * area / volume
+
+
+def _points(part: Loaded, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Floats]:
+    """Points to integrate at: their facets (p, k), shape functions (p, k), areas (p,), m^2, and unit normals (p, 3).
+
+    With a `depth`, m, of a slice through a body of revolution areas are those of whole rings.
+    """
+    flat = Patches(part.points[part.whole], 1.0).affine
+    each = [(part.nodes, part.xi, part.w)]
+    for whole, n in ((part.whole[flat], EXACT), (part.whole[~flat], FINE)):  # of curved ones no polynomial
+        xi, w = moment_fitted_quadrature.fine(whole.shape[1], n)
+        each.append((np.repeat(whole, len(w), axis=0), np.tile(xi, (len(whole), 1)), np.tile(w, len(whole))))
+    facets, places, weights = (np.concatenate(columns) for columns in zip(*each, strict=True))
+    facet = FACETS[facets.shape[1]]
+    N = facet.shape(places)
+    t = np.einsum("pkj,pki->jpi", facet.gradient(places), part.points[facets])
+    way = np.cross(t[0], t[1])
+    size = np.linalg.norm(way, axis=1)
+    dA = weights * size
+    if depth:
+        from softmark.solvers.energies.axisymmetric import around
+
+        dA = dA * around((N * part.points[facets, 0]).sum(axis=1), depth)
+    return facets, N, dA, way / size[:, None]

@@ -1,0 +1,180 @@
+"""Bodies in motion that meet free rigid ones: these have unknowns of their own, behind those of the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.shared.prepared_model import Solution
+from softmark.interpreter.models.shared.solid_dynamics import (
+    MOMENTS,
+    PreparedMotion,
+    course_of,
+    course_of_rigid,
+    kept_of,
+)
+from softmark.interpreter.problem.body_case import Case, Touch
+from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerMass
+from softmark.interpreter.vocabulary.load_words import Turning as Moment
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.contact.free_rigid_bodies import Bodies, Free, afloat
+from softmark.solvers.contact.rigid_body_loads import Pulled
+from softmark.solvers.contact.rigid_mass_properties import volume_of
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.dynamics.dynamic_problem import Direct
+from softmark.solvers.dynamics.integrator import Motion
+from softmark.solvers.dynamics.load_amplitudes import Course
+from softmark.solvers.dynamics.rotational_inertia import Turning
+from softmark.solvers.dynamics.trajectory import Trajectory
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy
+
+LOOKED = 50  # moments in which bodies are looked for in each other
+FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N, by the size of a body in m
+
+
+@dataclass(frozen=True)
+class MotionBeside(PreparedMotion):
+    """A body in motion, of `dofs` unknowns, beside free rigid ones, of these names in the order of the chart."""
+
+    chart: Any = None  # Bodies
+    names: tuple[str, ...] = ()
+    dofs: int = 0
+
+    def _resolution(self) -> None:
+        """Not known: how long it takes to come and go depends on what it meets."""
+
+    def _step_error(self) -> None:
+        """Return None: the time-step error is not known, because contact times depend on what the body meets."""
+
+    def _state(self, motion: Motion) -> Floats:
+        """Displacements, and of every rigid body its middle, axes, velocity and spin in space (18 each,)."""
+        told = self.chart.state(motion.x).reshape(-1, 12)
+        own = motion.v[self.dofs :].reshape(-1, 2, 3)
+        spins = np.einsum("bij,bj->bi", told[:, 3:].reshape(-1, 3, 3), own[:, 1])
+        return np.concatenate([motion.x[: self.dofs], np.hstack([told, own[:, 0], spins]).ravel()])
+
+    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+        """Of the body that deforms."""
+        return super()._shown(times, states[:, : self.dofs])
+
+    def _finish(self, track: Trajectory, every: int) -> Solution:
+        """With how rigid bodies have moved."""
+        found, kept = super()._finish(track, every), kept_of(track, every)
+        kept = [kept[i] for i in picked(len(kept), MOMENTS)]
+        states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
+        each = {name: _told(track.times[kept], states[:, i]) for i, name in enumerate(self.names)}
+        notes = (*found.notes, *self._passing(track.times[kept], states))
+        return replace(found, facts=found.facts | {"rigid": each}, notes=notes)
+
+    def _passing(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
+        """Of rigid bodies that pass through each other, where there are two."""
+        met = () if self.case is None else self.case.contacts
+        touches = {touch.rigid.name: (touch, course_of_rigid(touch)) for touch in met}
+        if len(touches) < 2:
+            return ()
+        from softmark.interpreter.models.shared.rigid_interpenetration import passing
+
+        some = picked(len(times), LOOKED)
+        return passing(touches, self.names, times[some], states[some])
+
+
+def _told(times: Floats, states: Floats) -> dict[str, Any]:
+    """What a report says of a free body's motion, of states (t, 18): its turn is that from where it was declared."""
+    from scipy.spatial.transform import Rotation
+
+    axes = states[:, 3:12].reshape(-1, 3, 3)
+    turned = Rotation.from_matrix(axes @ axes[0].T).as_rotvec()
+    columns = {"times_s": times, "middle_m": states[:, :3], "rotation_rad": turned,
+               "velocity_m_s": states[:, 12:15], "spin_rad_s": states[:, 15:]}  # fmt: skip
+    return {name: values.tolist() for name, values in columns.items()}
+
+
+def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
+    """The motion of a case in which some rigid bodies are free."""
+    problem, dofs = motion.problem, motion.problem.assembly.dofs
+    bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
+    made = [_free(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
+    chart, names, own = Bodies(made), tuple(bodies), [t.rigid.name for t in case.contacts]
+    plain = problem.assembly.loads[: len(problem.assembly.loads) - len(case.contacts)]
+    contacts: list[Any] = list(problem.assembly.loads[len(plain) :])
+    contacts = [afloat(c, chart, names.index(n)) if n in bodies else c for c, n in zip(contacts, own, strict=True)]
+    pulls, courses = _pulled(chart, bodies)
+    assembly = Assembly(
+        dofs + 6 * len(made),
+        problem.fixed,
+        problem.assembly.internal,
+        [*pulls, *(DisplacementEnergy(load, dofs) for load in plain), *contacts],
+    )
+    sound = problem.sound
+    fitted = replace(
+        problem,
+        assembly=assembly,
+        mass=_mass(problem.mass, made),
+        rest=np.zeros(assembly.dofs),
+        velocity=np.concatenate([problem.velocity, *(_begun(b, bodies[n]) for b, n in zip(made, names, strict=True))]),
+        courses=(*courses, *problem.courses),
+        tolerance=FINER * problem.tolerance,
+        sound=lambda x: sound(x[:dofs]),
+        linear=Direct(symmetric=False),
+        lagged=False,
+        turning=Turning(chart, np.array([b.first + np.arange(3, 6) for b in made]), np.array([b.J for b in made])),
+    )
+    static, declared, analysis, mesh = motion.static, motion.declared, motion.analysis, motion.mesh
+    return MotionBeside(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
+
+
+def _free(touch: Touch, first: int) -> Free:
+    """The mass of a rigid body."""
+    thing: Any = touch.rigid.thing
+    gap = gap_of(thing.shape)
+    volume = None if gap is None else volume_of(gap)
+    assert volume is not None  # refused when the scene is checked
+    mass = thing.mass or thing.density * volume.V
+    J, axes = volume.principal
+    return Free(first, mass, mass * J, axes, volume.middle)
+
+
+def _begun(body: Free, touch: Touch) -> Floats:
+    """Velocities at the start (6,): of its middle, and of its turn about its own axes."""
+    thing: Any = touch.rigid.thing
+    return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
+
+
+def _pulled(chart: Bodies, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
+    """What pulls at rigid bodies and turns them, with its courses."""
+    pulls, courses = list[Energy](), list[Course]()
+    for which, touch in enumerate(touches.values()):
+        for load in touch.loads:
+            pulls.append(_pull(chart, which, load))
+            courses.append(course_of(load))
+    return pulls, courses
+
+
+def _pull(chart: Bodies, which: int, load: Declared) -> Pulled:
+    """One load: a weight at the middle, a force at its point, a moment."""
+    body, none = chart.bodies[which], np.zeros(3)
+    match load.thing.action:
+        case PerMass(acceleration):
+            return Pulled(chart, which, body.mass * np.array(acceleration), body.middle, none)
+        case AtPoint(at, force):
+            return Pulled(chart, which, np.array(force), np.array(at), none)
+        case Moment(_, moment):
+            return Pulled(chart, which, none, body.middle, np.array(moment))
+    raise TypeError(f"`{load.name}` does not act on rigid bodies")  # refused when the scene is checked
+
+
+def _mass(mass: Any, bodies: Sequence[Free]) -> Any:
+    """Of all unknowns, kg and kg m^2: a matrix, or its diagonal."""
+    own = np.concatenate([[b.mass, b.mass, b.mass, *b.J] for b in bodies])
+    if isinstance(mass, np.ndarray):
+        return np.concatenate([mass, own])
+    return sparse.block_diag([mass, sparse.diags(own)]).tocsr()

@@ -1,0 +1,99 @@
+"""Friction from state to state: what a state leaves of anchors, and a model that starts from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.results.reaction_results import Friction, Touch
+from softmark.records import dataclass
+from softmark.solvers.contact.deformable_friction import Sliding
+from softmark.solvers.contact.rigid_friction import Rubbing
+
+LEAST = 1e-300  # N
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.rigid_contact_setup import Bools
+    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.surface_points import Points
+    from softmark.solvers.energies.energy import Energy, Floats
+
+
+@dataclass(frozen=True)
+class Rubbed:
+    """What a state leaves of a contact with friction.
+
+    `anchors` (m, 3) are points of the rigid body as it is declared, m, which `points` of the surface hold on to, or
+    what surfaces that deform leave (`Since`), and `slid` (m,) how far each point, or sample, has slid in all, m. `work`
+    is what friction has turned into heat up to this state, J, and `now` in it alone.
+    """
+
+    anchors: Any
+    slid: Floats
+    work: float
+    now: float
+    points: Points | None = None
+
+
+Past = Mapping[str, Rubbed]
+
+
+def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str, Rubbed]:
+    """Of every contact with friction, after the displacements u (dofs,), m."""
+    found = {}
+    for name, contact in contacts.items():
+        anchors: Any
+        points = None
+        if isinstance(contact, Sliding):
+            anchors, slid, lost = contact.settled(u)
+        elif isinstance(contact, Rubbing):
+            anchors, slid, lost = contact.settled(u), contact.gone + contact.slid(u), contact.lost(u)
+            points = contact.points
+        else:
+            continue
+        work = before[name].work if name in before else 0.0
+        if name in before and isinstance(contact, Sliding):
+            slid = before[name].slid + slid
+        found[name] = Rubbed(anchors, slid, work + lost, lost, points)
+    return found
+
+
+def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> Touch:
+    """What a contact comes to, with what friction makes of it; without friction nothing is added."""
+    if own is None or not isinstance(contact, Rubbing):
+        return touch
+    pressed, sticks, share = contact.sticking(u)
+    push = contact.A * contact.pressures(u)
+    slip, held = float(own.slid[pressed].max(initial=0.0)), float(push[sticks].sum() / max(push.sum(), LEAST))
+    field: Any = touch.field
+    seen = None if field is None else replace(field, rubbed=_at_nodes(contact, push, sticks, own.slid, len(field.X)))
+    return replace(touch, rubbing=Friction(slip, held, share * touch.area, own.now), field=seen)
+
+
+def _at_nodes(contact: Touching, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
+    """How far nodes have slid, and which stick."""
+    from softmark.interpreter.models.postprocessing.contact_results import spread
+
+    def to_nodes(values: Floats) -> Floats:
+        found = np.zeros(nodes)
+        np.add.at(found, contact.of, np.abs(contact.shares) * values[:, None])
+        return found
+
+    return spread(to_nodes, contact.A, slid, push, np.where(sticks, push, 0.0))
+
+
+def resumed(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
+    """Contacts that go on from where a state has left their anchors."""
+    return {name: _resumed(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()}
+
+
+def _resumed(contact: Any, own: Rubbed) -> Energy:
+    found: Energy = (
+        replace(contact, since=own.anchors)
+        if isinstance(contact, Sliding)
+        else replace(contact, anchors=own.anchors, gone=own.slid)
+    )
+    return found

@@ -1,0 +1,487 @@
+"""Materials whose constants vary in space, on a mesh: what they are at its points, and what its cells make of them.
+
+Constants are taken at the points of integration, so that they are integrated as the law is. Cells whose gradients are
+the same all over them, which need one point for the law, are given the means of their two moduli, by a rule that is
+exact for what varies as a parabola. What cells cannot resolve is told: where a constant changes much within a cell,
+and by how much its integral differs from that of a finer rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.spatial_profiles import Profile
+from softmark.interpreter.models.shared.varying_quadrature import (
+    CellRule,
+    Functions,
+    Resolved,
+    key_of,
+    of_one,
+    of_stiffness,
+    resolved,
+)
+from softmark.interpreter.problem.body_case import Case, Fault, fault
+from softmark.interpreter.problem.field_files import loaded, reading
+from softmark.interpreter.problem.heterogeneity_limits import allowed, out_of_range
+from softmark.interpreter.problem.representative_constants import profiles
+from softmark.records import dataclass
+from softmark.references.measured_data import Unreadable
+from softmark.solvers.elements import CELLS
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.materials.heterogeneous import averaged, changed, with_constants
+from softmark.solvers.mesh.element_interpolation import Integration, integration
+from softmark.solvers.mesh.mesh import Mesh
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.element_interpolation import Rule
+
+ACTIVE = ("tension", "shortening")  # constants of muscle that act
+OF_LAWS = ("young", "poisson")  # constants that laws are made of: masses have points of their own
+FINE = 3  # Gauss points along each axis of a hexahedron by which integrals are looked at again
+STEEP = 2.0  # largest value of a constant within a cell by the smallest: beyond, the cell is too coarse for it
+MANY = 0.01  # of the volume of the body: in such cells without a warning
+HARD = 1e4  # modulus of pressure by that of shear
+BEYOND = 1e-3  # of the volume of the body: outside of a field without a warning
+MISSED = 2e-3  # of the integral of a constant: less goes without a warning
+LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next to nothing
+
+
+def values(profile: Profile, X: Floats) -> Floats:
+    """A constant at points X (..., 3), m: (...). Raises Fault where a file that it is read from cannot be used."""
+    try:
+        found: Floats = profile.values(X.reshape(-1, 3), reading).reshape(X.shape[:-1])
+    except Unreadable as error:
+        raise unusable(profile, error) from error
+    return found
+
+
+def unusable(profile: Profile, error: Unreadable) -> Fault:
+    """A Fault of a file that a constant cannot be read from."""
+    problem = f"the field of `{profile.name}` cannot be used: {error.name}: {error.reason}"
+    return Fault(diagnostic("E410", profile.at, problem, "cannot be used", error.remedy))
+
+
+class Part(Protocol):
+    """The cells of one material (material_regions.py)."""
+
+    @property
+    def case(self) -> Case:
+        """Of that material alone."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """Of these cells, over all nodes."""
+
+    @property
+    def which(self) -> Any:
+        """Their numbers in the whole mesh."""
+
+    @property
+    def number(self) -> int:
+        """That of the material."""
+
+
+Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found of them is kept
+
+
+def at_points(own: Part, pressures: bool = False) -> tuple[Case, Integration | None]:
+    """Return the case of cells whose material varies, with its constants at integration points. Raises Fault.
+
+    The second value has these points if cells need more than those of their element, else None. With `pressures` in
+    the cells, the inverses of volumetric constants are integrated.
+    """
+    mesh, rule = own.mesh, _rule(own.mesh)
+    must_be_in_range(own.case, mesh)
+    seen = stiffness_of(own.case, mesh, pressures)
+    known = None if seen is None else seen.rule
+    turning = getattr(own.case.material, "turning", False)
+    if turning:
+        rule = mesh.element.quadrature()  # directions are not averaged, as constants of `tet4` are
+    X = places(mesh, rule) if known is None else known.places(mesh)
+    if turning:
+        return replace(own.case, other_material=turned(own.case, mesh, X)), _parts(mesh, known)
+    sampled = _sampled(own.case, X)
+    if mesh.element.constant and sampled.sampled:
+        w = np.broadcast_to(rule[1], X.shape[:2]) if known is None else known.w
+        return replace(own.case, other_material=averaged(sampled, w)), None
+    return replace(own.case, other_material=sampled), _parts(mesh, known)
+
+
+def _parts(mesh: Mesh, rule: CellRule | None) -> Integration | None:
+    return None if rule is None else rule.integration(mesh)
+
+
+def stiffness_of(case: Case, mesh: Mesh, pressures: bool) -> Resolved | None:
+    """Return how cells integrate the constants in the energy of one material; None if these constants do not vary.
+
+    For muscle these are its `tension` or `shortening`: its passive law does not vary.
+    """
+    material = case.material
+    found = profiles(material)
+    if case.porous or material.branches:  # what seeps or remembers does so at the points of its element
+        return None
+    if getattr(material, "turning", False) or getattr(material, "pulls", False):
+        active = next((p for name, p in found.items() if name in ACTIVE), None)
+        return None if active is None else resolved(mesh, of_one(active, values), _rule(mesh), False)
+    if not any(name in OF_LAWS for name in found):
+        return None
+    return resolved(mesh, moduli_of(material, pressures), _rule(mesh), False)
+
+
+def moduli_vary(case: Case) -> bool:
+    """Return whether the moduli of a material vary in space."""
+    material = case.material
+    return not getattr(material, "turning", False) and any(name in OF_LAWS for name in profiles(material))
+
+
+def moduli_of(material: Any, pressures: bool) -> Functions:
+    """Return the functions of the moduli of a material that `stiffness_of` integrates."""
+    return of_stiffness(material.young, material.poisson, pressures, values)
+
+
+def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
+    """Return how cells integrate the density of one material; None if it is a single number."""
+    rho = case.material.density
+    return (
+        resolved(mesh, of_one(rho, values), mesh.element.mass_quadrature(), True) if isinstance(rho, Profile) else None
+    )
+
+
+def _rule(mesh: Mesh) -> Rule:
+    """By which constants are integrated over cells: theirs, or where one point does for the law, one that is finer."""
+    return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
+
+
+def must_be_in_range(case: Case, mesh: Mesh) -> None:
+    """Raise Fault where a constant is out of range at integration points, nodes or points of a finer rule."""
+    for profile in profiles(case.material).values():
+        for X in (places(mesh, _rule(mesh)), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
+            _must_be_allowed(case, profile, values(profile, X), X)
+
+
+def _sampled(case: Case, X: Floats) -> Any:
+    """The material with arrays (m, q) of its varying constants at points X (m, q, 3). Raises Fault out of range."""
+    new = {}
+    for name, profile in profiles(case.material).items():
+        if name in OF_LAWS:
+            new[name] = values(profile, X)
+            _must_be_allowed(case, profile, new[name], X)
+    return with_constants(case.material, new)
+
+
+def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
+    """The material with the directions of its fibres at points X (m, q, 3), m, of its mesh. Raises Fault."""
+    from softmark.interpreter.models.shared.undefined_fiber_directions import must_have_directions
+    from softmark.solvers.materials.material_axes import NoDirection
+
+    at = case.body.at("material")
+    must_have_directions(case, mesh)
+    try:
+        return case.material.placed(X, reading)
+    except NoDirection as error:
+        where = "" if error.place is None else f" at {units.show_all(tuple(map(float, error.place)), units.LENGTH)}"
+        raise fault(
+            "E366", at, f"the material of `{case.body.name}` has no direction of fibres{where}: {error.reason}",
+            "no direction", "expressions must not all be zero at once, a rule must hold all over the body, and sheets"
+            " must lie across fibres",
+        ) from error  # fmt: skip
+    except Unreadable as error:
+        raise fault("E410", at, f"the field of the fibres of `{case.body.name}` cannot be used: {error.name}: "
+                    f"{error.reason}", "cannot be used", error.remedy) from error  # fmt: skip
+
+
+def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
+    """A material with arrays for what varies: at the points of a rule (m, q), or as cells of one point have it (m, 1).
+
+    For what is told of a solution: its constants are in their range at the points that it was solved with.
+    """
+    if getattr(material, "turning", False):
+        own = mesh.element.quadrature() if mesh.element.constant else rule
+        found = material.placed(places(mesh, own), reading)
+        return changed(found, lambda a: np.repeat(a, len(rule[1]), axis=1)) if mesh.element.constant else found
+    own = _rule(mesh) if mesh.element.constant else rule
+    X = places(mesh, own)
+    found = with_constants(material, {n: values(p, X) for n, p in profiles(material).items() if n in OF_LAWS})
+    if not (mesh.element.constant and found.sampled):
+        return found
+    mean = averaged(found, np.broadcast_to(own[1], X.shape[:2]))
+    return changed(mean, lambda a: np.repeat(a, len(rule[1]), axis=1))
+
+
+def places(mesh: Mesh, rule: Rule) -> Floats:
+    """The points of a rule in every cell (m, q, 3), m."""
+    found: Floats = np.einsum("qa,mai->mqi", mesh.element.shape(rule[0]), mesh.points[mesh.cells])
+    return found
+
+
+def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
+    """Raises Fault where a constant is out of its range: at the place where it is farthest out."""
+    odd = np.flatnonzero(~np.isfinite(found))
+    for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
+        value = float(found.flat[i])
+        if not allowed(profile, value):
+            raise out_of_range(case, profile, value, X.reshape(-1, 3)[i])
+
+
+def must_be_compressible(declared: Declared, own: Part) -> None:
+    """Raises Fault where Poisson's ratio reaches 0.5 at points of a model without pressures."""
+    nu = own.case.material.poisson
+    if isinstance(nu, np.ndarray) and nu.max() >= 0.5:
+        raise fault(
+            "E552", declared.at("formulation" if declared.thing.formulation != "displacement" else "element"),
+            f"the material of `{own.case.body.name}` is incompressible at points, and this element needs a compressible"
+            " one", "infinite bulk modulus",
+            "use `tet10` or `hex8` with `formulation = mixed`, or a Poisson's ratio below 0.5 everywhere",
+        )  # fmt: skip
+
+
+# ------------------------------------------------------------------ density
+
+
+@dataclass(frozen=True)
+class Density:
+    """A density that varies."""
+
+    profile: Profile
+    case: Case
+
+    def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
+        """Shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, that masses need."""
+        from softmark.solvers.dynamics.mass_matrices import mass_points
+
+        seen = density_resolved(self.case, mesh)
+        if seen is not None and seen.rule is not None:
+            return seen.rule.shape(mesh), seen.rule.w, seen.rule.places(mesh)
+        N, w = mass_points(mesh.points, mesh.cells, mesh.element)
+        return N, w, np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])
+
+    def at(self, X: Floats) -> Floats:
+        """At points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where it is none."""
+        found = values(self.profile, X)
+        _must_be_allowed(self.case, self.profile, found, X)
+        return found
+
+
+def density_of(case: Case) -> Any:
+    """The density of the material of a case, kg/m^3; a `Density` where it varies."""
+    rho = case.material.density
+    return Density(rho, case) if isinstance(rho, Profile) else rho
+
+
+# ------------------------------------------------------------------ what cells make of it
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What a mesh makes of a constant: its least, largest and mean value, SI, and what cells do not resolve.
+
+    `steep` is the share of the volume in cells in which it changes by more than STEEP, `contrast` the largest change
+    within a cell; `lost` by how much integrals over cells differ from those of a finer rule, all together relative to
+    the integral over the body. `outside` is the share of the volume outside of the fields that it is read from, and
+    `there` the least and the largest value that it has got.
+    """
+
+    least: float
+    most: float
+    mean: float
+    steep: float
+    contrast: float
+    lost: float
+    outside: float = 0.0
+    there: tuple[float, float] = (0.0, 0.0)
+    read: bool = False
+
+    def facts(self) -> dict[str, Any]:
+        """For a report."""
+        found: dict[str, Any] = {
+            "least": self.least, "most": self.most, "mean": self.mean, "within_cells": self.contrast,
+            "steep_share": self.steep, "integral_lost": self.lost,
+        }  # fmt: skip
+        return found | ({"outside_share": self.outside, "outside_values": list(self.there)} if self.read else {})
+
+
+@cache
+def _fine(kind: str) -> Rule:
+    """A rule that is finer than that of the element."""
+    element = CELLS[kind]
+    if element.family != "hexahedra":
+        return element.mass_quadrature()
+    one, w = np.polynomial.legendre.leggauss(FINE)
+    grid = np.stack(np.meshgrid(one, one, one, indexing="ij"), axis=-1).reshape(-1, 3)
+    return grid, np.einsum("i,j,k->ijk", w, w, w).ravel()
+
+
+def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
+    """What a mesh makes of a constant of the material of a case."""
+    own, fine = _rule(mesh), _fine(mesh.kind)
+    X, w = places(mesh, fine), integration(mesh, rule=fine).w
+    c = values(profile, X)
+    coarse = values(profile, places(mesh, own)) * integration(mesh, rule=own).w
+    each, total = (c * w).sum(axis=1), float(w.sum())
+    seen = np.concatenate([c, values(profile, mesh.points[mesh.cells])], axis=1)
+    low, high = seen.min(axis=1), seen.max(axis=1)
+    most, least = (_told(profile, v) for v in (high, low))
+    with np.errstate(all="ignore"):
+        change = np.where(most * least > 0.0, np.maximum(np.abs(most / least), np.abs(least / most)), 1.0)
+    size = each + w.sum(axis=1) if profile.name == "poisson" else each  # the shear modulus goes by 1 + nu
+    lost = float(np.abs(each - coarse.sum(axis=1)).sum() / np.abs(size).sum()) if np.any(each) else 0.0
+    known = density_resolved(case, mesh) if profile.name == "density" else _known_stiffness(case, mesh)
+    if known is not None:
+        lost = float(known.missed.sum())
+        row = (
+            1
+            if profile.name == "poisson" and len(known.least) > 1 and isinstance(case.material.poisson, Profile)
+            else 0
+        )
+        with np.errstate(all="ignore"):
+            change = np.maximum(change, np.nan_to_num(known.largest[row] / known.least[row], nan=1.0, posinf=np.inf))
+        if row == 0 and not isinstance(getattr(case.material, "poisson", 0.0), Profile):
+            least_seen, most_seen = float(known.least[0].min()), float(known.largest[0].max())
+            seen = np.concatenate([seen.ravel(), [least_seen, most_seen]])
+            each = known.means[0] * w.sum(axis=1)
+    steep = float(w.sum(axis=1)[change > STEEP].sum()) / total
+    found = Spread(float(seen.min()), float(seen.max()), float(each.sum()) / total, steep, float(change.max()), lost)
+    out = _outside(profile, X)
+    if out is None:
+        return found
+    share = float(w[out].sum()) / total
+    there = (float(c[out].min()), float(c[out].max())) if out.any() else (0.0, 0.0)
+    return replace(found, outside=share, there=there, read=True)
+
+
+def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
+    """Return how cells integrate stiffness, as for a model with pressures if one was built on the mesh."""
+    for pressures in (True, False):
+        key = key_of(moduli_of(case.material, pressures), _rule(mesh), False) if moduli_vary(case) else None
+        if key in mesh.selections:
+            found: Resolved = mesh.selections[key]
+            return found
+    return stiffness_of(case, mesh, False)
+
+
+def _told(profile: Profile, found: Floats) -> Floats:
+    """What a cell may not resolve of a constant: of Poisson's ratio the modulus of pressure by that of shear.
+
+    Beyond HARD it is that of a solid that keeps its volume.
+    """
+    if profile.name != "poisson":
+        return found
+    told: Floats = 2.0 * (1.0 - found) / np.maximum(1.0 - 2.0 * found, 1.0 / HARD)
+    return told
+
+
+def _outside(profile: Profile, X: Floats) -> Any:
+    """Which of the points X (m, q, 3) lie outside of a field that it is read from (m, q); None of no field."""
+    found = [loaded(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
+    return np.any(found, axis=0) if found else None
+
+
+def _each(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, Spread]]:
+    """Every constant that varies, of the body and of its parts, with the name of what it is of; found once a mesh."""
+    key = spread_of, case.materials, case.leaning
+    if key not in mesh.selections:
+        names, found = (case.body.name, *(part.name for part in case.parts)), []
+        for own in parts():
+            for profile in profiles(own.case.material).values():
+                of = names[own.number]
+                found.append((of, profile, spread_of(own.case, own.mesh, profile)))
+        mesh.selections[key] = found
+    yield from mesh.selections[key]
+
+
+def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
+    """The means over cells (m,) of every constant that varies somewhere in the body, SI; `each` material's cells."""
+    names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
+    found = {name: np.empty(len(mesh.cells)) for name in names}
+    rule = _fine(mesh.kind)
+    for own in each:
+        w = integration(own.mesh, rule=rule).w
+        for name, known in found.items():
+            constant = getattr(own.case.material, name)
+            if isinstance(constant, Profile):
+                constant = (values(constant, places(own.mesh, rule)) * w).sum(axis=1) / w.sum(axis=1)
+            known[own.which] = constant
+    return found
+
+
+def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
+    """The `graded` of what a report says of a solution."""
+    return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
+
+
+def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
+    """That its element locks at the largest Poisson's ratio of its cells, where the look before did not tell."""
+    before, known = (
+        declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
+        for nu in (case.largest_poisson, poisson)
+    )
+    if before is None and known is not None:
+        yield known
+
+
+def typical(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
+    """The materials of a case with the means over their cells for what varies, of Poisson's ratio the largest."""
+    names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
+    for of, profile, spread in _each(case, mesh, parts):
+        number = names.index(of)
+        value = spread.most if profile.name == "poisson" else spread.mean
+        found[number] = with_constants(found[number], {profile.name: value})
+    return tuple(m if getattr(m, "uniform", True) else known for m, known in zip(found, case.typical, strict=True))
+
+
+def lost(case: Case, mesh: Mesh, parts: Parts) -> float:
+    """The largest share of an integral of a constant that a rule of a mesh misses, where it is more than rounding."""
+    found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
+    return found if found > LOST else 0.0
+
+
+def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[Diagnostic]:
+    """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
+    if any(getattr(material, "turning", False) for material in case.materials):
+        from softmark.interpreter.models.shared import undefined_fiber_directions
+
+        for own in parts():
+            yield from undefined_fiber_directions.notes(own.case, own.mesh)
+    for of, profile, spread in _each(case, mesh, parts):
+        if spread.outside > BEYOND:
+            low, high = (units.show(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
+            got = low if low == high else f"{low} to {high}"
+            yield diagnostic(
+                "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside of the field of"
+                f" its `{profile.name}`", f"it has {got} there",
+                "places outside have the value of the nearest place that has one: look at `origin`, `x`, `z` and"
+                " `length` of the field, or at the body's place",
+            )  # fmt: skip
+        if profile.name == "poisson":
+            yield from _locks(declared, case, spread.most)
+        if spread.lost > MISSED:
+            yield diagnostic(
+                "W402", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
+                f"`{profile.name}` of `{of}` varies too much within cells of `{declared.name}` for its integrals over"
+                " them",
+                f"up to {100 * spread.lost:.2g} % of them may be missed",
+                "its stated error has that part: use a finer mesh, or an expression or image without such fine"
+                " features",
+            )  # fmt: skip
+        pressed = profile.name == "poisson" and declared.thing.formulation == "mixed"  # which takes any
+        if spread.steep > MANY and not pressed:
+            what = (
+                "what resists a change of volume, by `poisson`," if profile.name == "poisson" else f"`{profile.name}`"
+            )
+            yield diagnostic(
+                "W337", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
+                f"{what} changes by more than {STEEP:g} times within cells of `{declared.name}` with"
+                f" {100 * spread.steep:.3g} % of the volume of `{of}`",
+                f"up to {spread.contrast:.3g} times in one cell",
+                "a cell has a polynomial for its displacements, whatever its material does: use a finer mesh, or a"
+                " region with nodes where the constant jumps",
+            )  # fmt: skip

@@ -1,0 +1,245 @@
+"""What a body meets at its surface: beds that it lies on, and rigid bodies; nothing is imported where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.self_contact_words import Tied
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.models.postprocessing.nodal_forces import Carried
+    from softmark.interpreter.models.shared.friction_history import Past
+    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.models.shared.unsupported_bodies import Loose
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.signed_distance.distance_function import Gap
+    from softmark.solvers.energies.energy import Energy, Floats
+    from softmark.solvers.mesh.element_interpolation import Integration
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.static_equilibrium import Equilibrium, Statics
+
+Solid = TypeVar("Solid")
+
+
+def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
+    """The springs that it lies on, ties of its pieces and what keeps it clear of itself, by name. Raises Fault."""
+    found: dict[str, Any] = {}
+    if case.beds:
+        from softmark.interpreter.models.shared.foundation_setup import beds_on
+
+        found |= beds_on(case, mesh)
+    if case.pairs:
+        from softmark.interpreter.models.shared.self_contact_setup import pairs_on
+
+        found |= pairs_on(case, mesh)
+    return found
+
+
+def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
+    """The energies of its contacts, by name. Raises Fault."""
+    if not case.contacts:
+        return {}
+    from softmark.interpreter.models.shared.rigid_contact_setup import contacts_on
+
+    return contacts_on(case, mesh)
+
+
+def loose(
+    case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
+) -> Loose | None:
+    """What keeps a body at rest that supports leave free until it touches; None where nothing need. Raises Fault."""
+    if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
+        return None
+    from softmark.interpreter.models.shared import unsupported_bodies
+
+    return unsupported_bodies.loose(case, mesh, parts, measured, dofs, beds)
+
+
+def found(solid: Any, problem: Statics) -> Equilibrium:
+    """The equilibrium of a solid that touches, and where a rigid body that loads press is. Raises NotConverged."""
+    from softmark.solvers.statics.barrier_continuation import PassedThrough, clear
+    from softmark.solvers.statics.rigid_substeps import in_substeps, presses_on_nodes, substeps_of
+    from softmark.solvers.statics.static_equilibrium import equilibrium
+
+    def whole(problem: Statics) -> Equilibrium:
+        if solid.loose is None:
+            return clear(problem, equilibrium)
+        from softmark.solvers.statics.free_body_stabilization import grounded
+
+        return clear(problem, lambda own: grounded(own, equilibrium))
+
+    def find(problem: Statics) -> Equilibrium:
+        try:
+            return whole(problem)
+        except PassedThrough as failure:
+            count = substeps_of(problem)
+            if count == 1 or not _are_wide(solid):
+                raise
+            found = in_substeps(problem, whole, count)
+            if solid.pieces[0].case.planar and not presses_on_nodes(found):
+                raise failure from None
+            return found
+
+    case: Case = solid.pieces[0].case
+    if not case.pressed:
+        return find(problem)
+    from softmark.interpreter.models.shared.force_driven_rigid_bodies import press_of
+    from softmark.solvers.statics.force_controlled_rigid_body import pressed
+
+    press = press_of(case, solid.contacts)
+    assert press is not None
+    return pressed(problem, press, find)
+
+
+def _are_wide(solid: Any) -> bool:
+    """Return whether every rigid body is as wide as the facets it may press on: a narrower one fits between nodes."""
+    import numpy as np
+
+    from softmark.interpreter.models.shared.rigid_contact_setup import longest
+
+    case: Case = solid.pieces[0].case
+    for touch in case.contacts:
+        if (bounds := touch.rigid.thing.shape.bounds) is None:
+            return False
+        low, high = np.array(bounds)
+        facets, points = solid.contacts[touch.name].facets, solid.mesh.points
+        extents = (high - low)[:2] if case.planar else high - low
+        flat = points * (1.0, 1.0, 0.0) if case.planar else points
+        if np.sort(extents)[-1 if case.planar else 1] < longest(flat, facets):
+            return False
+    return True
+
+
+def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What a report says of a rigid body that loads press, of what solving it has found; nothing where none does."""
+    if known is None:
+        return {}
+    from softmark.interpreter.models.shared import force_driven_rigid_bodies
+
+    return {"rigid": force_driven_rigid_bodies.told(solid.pieces[0].case, known)}
+
+
+def gone(case: Case, mesh: Moved | None) -> Case:
+    """A case with its rigid bodies where loads have pressed them in a state; the same where they press none."""
+    if mesh is None or not case.pressed:
+        return case
+    from softmark.interpreter.models.shared import force_driven_rigid_bodies
+
+    return force_driven_rigid_bodies.settled(case, mesh.beside)
+
+
+def settled(solid: Any, found: Equilibrium) -> dict[str, Touching]:
+    """The contacts of a solid as an equilibrium has them: barriers may be stiffer, and points have joined."""
+    contacts: dict[str, Touching] = solid.contacts
+    return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
+
+
+def kept(solid: Any, contacts: Mapping[str, Touching], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+    """What is said of a solid that supports leave free, in a state x (3 n,), m, and what it is free to do still."""
+    if solid.loose is None:
+        return (), ""
+    from softmark.solvers.energies.energy import Wandering
+
+    pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, Wandering)}
+    notes, adrift = solid.loose.kept(solid.declared, {**contacts, **pairs}, x)
+    return notes, adrift
+
+
+def bare(solid: Any, contacts: Mapping[str, Touching]) -> Assembly:
+    """What acts on a solid, with contacts as they are: without the spring that bears nothing in the end."""
+    known: Assembly = solid.assembly
+    if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
+        known = _acting(known, contacts)
+    return known if solid.loose is None else known.acting([*known.internal[:-1], solid.loose.spring.gone], known.loads)
+
+
+def keeping(solid: Solid, x: Floats) -> Solid:
+    """The same solid, whose spring, where it has one, keeps it where a state x (dofs,), m, has it."""
+    known: Any = solid
+    if known.loose is None:
+        return solid
+    assembly = known.problem.assembly
+    internal = [*assembly.internal[:-1], replace(known.loose.spring, place=x.copy())]
+    found: Solid = replace(known, problem=replace(known.problem, assembly=assembly.acting(internal, assembly.loads)))
+    return found
+
+
+def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
+    """The assembly with these contacts in place of its own, which are the last of the loads."""
+    plain = assembly.loads[: len(assembly.loads) - len(contacts)]
+    return assembly.joined([*plain, *contacts.values()])
+
+
+def resumed(made: Solid, before: Moved) -> Solid:
+    """The same, whose contacts know where their rigid bodies were in the state before, and what friction left there."""
+    known: Any = made  # a dataclass with a problem, its beds and its contacts
+    if not (before.beside or before.rubbed):
+        return made
+    beds, contacts = known.beds, {n: replace(c, earlier=before.beside[n]) for n, c in known.contacts.items()}
+    for name, extra in before.joined.items():
+        contacts[name] = contacts[name].joining(extra, before.displacement.ravel())
+    if before.rubbed:
+        from softmark.interpreter.models.shared import friction_history
+
+        known = replace(known, rubbed=before.rubbed)
+        beds, contacts = (friction_history.resumed(own, before.rubbed) for own in (beds, contacts))
+
+    def going_on(assembly: Assembly) -> Assembly:
+        internal = list(assembly.internal)
+        internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
+        return _acting(assembly.with_internal(internal), contacts)
+
+    exact = None if known.problem.exact is None else going_on(known.problem.exact)
+    problem = replace(known.problem, assembly=going_on(known.problem.assembly), exact=exact)
+    found: Solid = replace(known, problem=problem, beds=beds, contacts=contacts)
+    return found
+
+
+def met(solid: Any, u: Floats, contacts: Mapping[str, Touching], facts: Mapping[str, Any]) -> dict[str, Any]:
+    """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers.
+
+    And how stiff barriers are, and points that have joined those which are kept clear at first.
+    """
+    remembered = past({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
+    joined = {name: contact.extra for name, contact in contacts.items() if contact.extra is not None}
+    own = {"beside": beside(contacts), "stiffer": facts.get("stiffened", 1.0), "rubbed": remembered}
+    return own | {"joined": joined}
+
+
+def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
+    """What friction remembers after displacements u (3 n,), m; nothing where there is none."""
+    if not any(contact.rubs for contact in contacts.values()):
+        return {}
+    from softmark.interpreter.models.shared.friction_history import past_of
+
+    return past_of(contacts, u, before)
+
+
+def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed: Past) -> Carried:
+    """What acts on a solid, with what rigid bodies and its own surface do to it, and what friction remembers of it."""
+    case, u = solid.pieces[0].case, found.u.ravel()
+    if contacts:
+        from softmark.interpreter.models.postprocessing import nodal_forces
+
+        found = nodal_forces.touched(found, contacts, case)
+    touches = dict(found.touches)
+    if own := [pair.name for pair in case.pairs if not isinstance(pair.thing, Tied)]:
+        from softmark.interpreter.models.postprocessing.deformable_contact_results import meeting_of
+
+        touches |= {n: meeting_of(case, solid.beds[n], solid.mesh, found.x, u, rubbed.get(n)) for n in own}
+    if rubbed:
+        from softmark.interpreter.models.shared.friction_history import slipped
+
+        touches |= {n: slipped(touches[n], contact, u, rubbed.get(n)) for n, contact in contacts.items()}
+    return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
+
+
+def beside(contacts: Mapping[str, Touching]) -> dict[str, Gap]:
+    """The rigid bodies where they are, by contact."""
+    return {name: contact.body for name, contact in contacts.items()}

@@ -1,0 +1,46 @@
+"""The part of the surface of a mesh that something acts on: a load, or a bed that the body lies on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.problem.body_case import fault
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded, loaded
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.language.coordinate_conditions import Condition
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.energies.energy import Floats
+    from softmark.solvers.mesh.mesh import Mesh
+
+
+def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Loaded:
+    """The part of the surface that a load or a bed acts on. Raises Fault where it has no area, or is no edge."""
+    found = loaded(case.shape, mesh, where)
+    if found.empty:
+        raise fault(
+            "E302",
+            acting.at("where"),
+            f"`{acting.name}` selects no part of the surface of `{case.body.name}`",
+            "selects nothing",
+            "the condition must hold on a part of the surface that has an area",
+        )
+    if case.planar:
+        _must_be_edge(case, acting, mesh.points[found.touched])
+    return found
+
+
+def _must_be_edge(case: Case, load: Declared, X: Floats) -> None:
+    """Raise a Fault where facets with nodes X (f, k, 3), m, of a load on a plane body are of its faces."""
+    z = X[..., 2]
+    if bool((np.ptp(z, axis=1) <= 1e-9 * np.ptp(z)).any()):
+        raise fault(
+            "E544",
+            load.at("where"),
+            f"`{load.name}` acts on the faces of `{case.body.name}`, and a plane body is loaded on its edge",
+            "holds within the region too",
+            "write a condition that holds on the edge alone, such as `x >= 48 mm` of a body that ends there",
+        )

@@ -1,0 +1,139 @@
+"""What is said of the cells of a mesh: their quality, and how a mesh is made worse on purpose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import fault
+from softmark.solvers.elements import moment_fitted_quadrature
+from softmark.solvers.mesh.jacobian_bounds import folded_at_corners
+from softmark.solvers.mesh.mesh import Mesh, areas
+from softmark.solvers.mesh.mesh_distortion import TooPoor, distorted, qualities, worst
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.models.fem.fem_declaration import Fem
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.mesh.shape import Shape
+
+LOST_VOLUME = 0.05  # share of the body's volume that a mesh may miss without a warning
+SLIVER = 1e-3  # quality below which a cell of a file is named
+
+
+def with_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
+    """The mesh with its nodes moved until its worst cell has the quality that the model asks for. Raises Fault."""
+    if model.quality is None:
+        return mesh
+    try:
+        return distorted(mesh, model.quality)
+    except TooPoor as has:
+        raise fault(
+            "E508",
+            declared.at("quality"),
+            f"the worst cell of the mesh of `{declared.name}` has a quality of {has} already",
+            f"{model.quality:g} is asked for",
+            "nodes are moved to make cells worse, never better: take a smaller number, or leave it out",
+        ) from has
+
+
+def mesh_facts(mesh: Mesh) -> dict[str, Any]:
+    """The `mesh` part of what a report says of a solution."""
+    return {"mesh": {"quality": worst(mesh)[0]}}
+
+
+def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
+    """The `body` part of it: volume and surface of a body of which they are known, and what the mesh has of them."""
+    if "body" not in mesh.selections:
+        mesh.selections["body"] = {
+            "volume_m3": shape.volume,
+            "mesh_m3": float(mesh.volumes.sum()),
+            "area_m2": shape.skin,
+            "mesh_m2": float(areas(mesh, *moment_fitted_quadrature.fine(mesh.element.facet.nodes)).sum()),
+        }
+    return {"body": mesh.selections["body"]}
+
+
+def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """Warnings about cells of a file that are nearly flat, or inside out at a corner."""
+    if not shape.file:
+        return ()
+    return (*_corner_notes(declared, mesh), *_sliver_notes(declared, shape, mesh))
+
+
+def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """A warning about hexahedra with a corner that is inside out."""
+    if not len(cells := np.flatnonzero(folded_at_corners(mesh))):
+        return ()
+    place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cells[0]]].mean(axis=0))
+    at = declared.at() if declared.thing.own_mesh is None else declared.at("mesh")
+    many = "1 hexahedron has" if len(cells) == 1 else f"{len(cells)} hexahedra have"
+    return (
+        diagnostic(
+            "W756", at, f"in the mesh of `{declared.name}`, {many} a corner that is inside out",
+            f"the first is cell {cells[0]} at ({place})",
+            "its integrals are right, stress near that corner is not: move the nodes around it if it is wanted there",
+        ),
+    )  # fmt: skip
+
+
+def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    found = qualities(_as_wide(mesh) if shape.flat else mesh)
+    found[folded_at_corners(mesh)] = 1.0  # whose quality is negative at that corner only, which is said already
+    count = int((found < SLIVER).sum())
+    if not count:
+        return ()
+    cell = int(np.argmin(found))
+    place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cell]].mean(axis=0))
+    at = declared.at() if declared.thing.own_mesh is None else declared.at("mesh")
+    cells = "1 cell" if count == 1 else f"{count} cells"
+    return (
+        diagnostic(
+            "W364",
+            at,
+            f"the mesh of `{declared.name}` has slivers: {cells} with a quality below {SLIVER:g}",
+            f"the worst, {found[cell]:.1e}, at ({place})",
+            "nearly flat cells are stiff, cost digits and make explicit steps tiny: repair the mesh where they are",
+        ),
+    )
+
+
+def _as_wide(mesh: Mesh) -> Mesh:
+    """The cells of a slice, each by itself and as thick as it is wide: its thickness says nothing of them."""
+    corners = mesh.points[mesh.cells]
+    depth = np.ptp(mesh.points[:, 2])
+    corners[:, :, 2] *= (np.sqrt(np.abs(mesh.volumes) / depth) / depth)[:, None]
+    return Mesh(corners.reshape(-1, 3), np.arange(corners.size // 3).reshape(mesh.cells.shape), mesh.kind)
+
+
+def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """Warnings about a mesh that fills a surface."""
+    if not case.shape.enclosed:
+        return ()
+    from softmark.interpreter.models.shared import filled_mesh_notes  # nothing of it where no surface is filled
+
+    return tuple(filled_mesh_notes.notes(declared, case, mesh))
+
+
+def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """A warning where a mesh holds much less or more than the body."""
+    if case.shape.volume is None:
+        return ()
+    lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume
+    if abs(lost) < LOST_VOLUME:
+        return ()
+    given = declared.thing.own_mesh is not None
+    return (
+        diagnostic(
+            "W305",
+            declared.at("mesh" if given else "size"),
+            f"the mesh of `{declared.name}` holds {100 * abs(lost):.1f} % {'less' if lost > 0 else 'more'} volume "
+            "than the body",
+            "not the same body" if given else "too coarse for the curved surface",
+            "check the file and its unit" if given else "use a smaller size",
+        ),
+    )

@@ -1,0 +1,116 @@
+"""A static analysis that starts from a disturbed state: which models can, and how each is put there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.energies.elastic_energy import Elastic
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.statics.static_equilibrium import Equilibrium, Statics
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """What an analysis says of the state to start from."""
+
+    kind: str
+    amount: float
+    seed: int
+
+
+def disturbance_of(case: Case) -> Disturbance | None:
+    """The disturbance of a case, None where there is none."""
+    analysis: Any = case.analysis
+    kind = analysis.disturbed
+    return None if kind == "none" else Disturbance(kind, analysis.amount, analysis.seed)
+
+
+def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+    """What speaks against disturbing a model."""
+    known = disturbance_of(case)
+    if known is None:
+        return []
+    model, word = declared.thing, f"`disturbed = {known.kind}`"
+    if not model.recovers:
+        few = "has no meaning for", "which knows a few fields of displacements only"
+        does, why = few if model.reduces is not None else ("is not known of", "which starts from rest")
+        help_ = "leave it out: networks start from rest" if model.wired else "use `fem`, `mass_spring` or `beam6dof`"
+        return [
+            diagnostic("E571", declared.at(), f"{word} {does} `{declared.name}`, {why}", "cannot be disturbed", help_)
+        ]
+    found = []
+    for field in model.shortcuts:
+        problem = f"{word} needs every step solved, in double precision, from the disturbed state: not `{field}`"
+        found.append(diagnostic("E571", declared.at(field), problem, "not here", "leave it out"))
+    if case.analysis.path != "load":
+        problem = f"`path = arc_length` follows equilibria from rest, and {word} starts far from any"
+        analysis = next(iter(scene.of_kind("analysis").values()))
+        found.append(diagnostic("E571", analysis.at("path"), problem, "one of the two", "leave one of the two out"))
+    return found
+
+
+def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Ints) -> Floats:
+    """Disturbed displacements (dofs,), m, with what supports impose; unknowns beyond displacements are zero."""
+    import numpy as np
+
+    from softmark.solvers.statics.perturbed_states import DisturbedNodes, disturbed
+
+    x = np.zeros(len(problem.rest))
+    x[: points.size] = (disturbed(known.kind, DisturbedNodes(points, cells, known.amount), known.seed) - points).ravel()
+    x[problem.fixed] = problem.rest[problem.fixed] + problem.target
+    return x
+
+
+def of_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
+    """The equilibrium that a disturbed solid finds back to. Raises NotConverged."""
+    from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+
+    state = solid_state(known, problem, points, elastic.cells)
+    displacements = points.size  # the first unknowns
+    return recovered(
+        problem,
+        Tangled(state, elastic, lambda x: inside_out(elastic, x[:displacements]), len(elastic.cells), known.seed),
+    )
+
+
+def of_springs(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
+    """The same for a network of springs along the cells of `elastic`, whose law plays no part. Raises NotConverged.
+
+    Springs do not know inside from outside: nothing but their own energy leads them, and a network that folded says so.
+    """
+    from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
+
+    state = solid_state(known, problem, points, elastic.cells)
+    tangled = Tangled(state, None, lambda x: inside_out(elastic, x), len(elastic.cells), known.seed)
+    return recovered(problem, tangled)
+
+
+def of_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
+    """The same for a rod, whose sections are turned at random where it is scrambled or spun. Raises NotConverged."""
+    import numpy as np
+
+    from softmark.solvers.energies.rod_state import chain
+    from softmark.solvers.statics.perturbed_states import DisturbedNodes, disturbed
+    from softmark.solvers.statics.recovery_from_perturbation import Tangled, recovered
+
+    nodes = rest.reshape(-1, 7)
+    body = DisturbedNodes(nodes[:, :3], chain(len(nodes)), known.amount)
+    x = nodes.copy()
+    x[:, :3] = disturbed(known.kind, body, known.seed)
+    if known.kind in ("scrambled", "spun"):
+        q = np.random.default_rng([known.seed, 2]).standard_normal((len(nodes), 4))
+        x[:, 3:] = q / np.linalg.norm(q, axis=1, keepdims=True)
+    held = np.zeros((len(nodes), 6), dtype=np.bool_)
+    held.ravel()[problem.fixed] = True
+    x[:, :3][held[:, :3]] = nodes[:, :3][held[:, :3]]
+    x[held[:, 3:].any(axis=1), 3:] = nodes[held[:, 3:].any(axis=1), 3:]
+    d = np.zeros(problem.space.dofs)
+    d[problem.fixed] = problem.target
+    return recovered(problem, Tangled(problem.space.move(x.ravel(), d), seed=known.seed))

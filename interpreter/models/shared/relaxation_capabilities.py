@@ -1,0 +1,153 @@
+"""Which models take materials whose stress relaxes, and in which analyses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.solvers.materials.viscoelastic import Viscous
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Location
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.energies.energy import Floats
+
+TIMED = "`analysis hold = quasistatic(duration = 10 s, step = 0.1 s)`"
+TOGETHER = 1e-9  # beyond one in all, as rounding leaves it
+FALLS = 1e-3  # of what is dissipated: less than this may come back without a word
+ROUNDED = 1e-7  # of the work: what equilibria solved to their tolerance leave in what is dissipated
+COARSE = 0.5  # of a time of relaxation: a longer step shows little of it
+# levers that change how a state is solved, and what they may be
+PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "start": None, "cap": None,
+         "shear": True, "axial": True}  # fmt: skip
+
+
+def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Errors of a model of a body that relaxes, and a warning where steps are too long to show it."""
+    bad = [_unsound(material) for material in case.materials if isinstance(material, Viscous)]
+    if problem := next(filter(None, bad), None):
+        yield diagnostic("E360", case.body.at("material"), f"the series of `{case.body.name}` is none: {problem[0]}",
+                         problem[1], problem[2])  # fmt: skip
+    elif not model.remembers:
+        yield diagnostic("E358", declared.at(), f"`{declared.name}` knows no stress that relaxes, and that of"
+                         f" `{case.body.name}` does", "an elastic model",
+                         "use `fem(...)` or `beam6dof(...)`, or the elastic law by itself")  # fmt: skip
+    elif not isinstance(case.analysis, Quasistatic | Dynamic):
+        yield diagnostic("E359", declared.at(), f"the stress of `{case.body.name}` relaxes in time, and the analysis"
+                         " follows none", "needs a time course",
+                         f"declare {TIMED}, or use the elastic law by itself")  # fmt: skip
+    else:
+        yield from _whatever(model, declared, case)
+        yield from (_of_solid if model.mesh_key() is not None else _of_beam)(model, declared, case)
+        yield from _steps(case)
+
+
+def _unsound(material: Viscous) -> tuple[str, str, str] | None:
+    """What is wrong with a series: problem, label, help."""
+    g, tau = material.g.values, material.tau.values
+    if isinstance(material.law, Viscous):
+        return "its law relaxes already", "a series of a series", "give it the terms of both"
+    if len(g) != len(tau):
+        shares, times = (f"{n} {what}{'' if n == 1 else 's'}" for n, what in ((len(g), "share"), (len(tau), "time")))
+        return (f"it has {shares} and {times}", "not one for each",
+                "give as many: `g = [0.3, 0.2], tau = [1, 10] s`")  # fmt: skip
+    if sum(g) > 1.0 + TOGETHER:
+        return f"its shares are {sum(g):.3g} in all", "more than all of it", "at most the whole stress relaxes: 1"
+    return None
+
+
+def _whatever(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What does not go with a past."""
+    for lever, plain in PLAIN.items():
+        if getattr(model, lever, plain) != plain:
+            given = f"{lever} = {getattr(model, lever)}"
+            problem = f"`{declared.name}` remembers its past, and not with `{given}`"
+            yield diagnostic("E362", declared.at(lever), problem, "not of what relaxes", "leave it out")  # fmt: skip
+    if any(support.thing.turns for support in case.supports):
+        support = next(s for s in case.supports if s.thing.turns)
+        yield diagnostic("E362", support.at(), f"`{support.name}` turns a body that relaxes", "not of what relaxes",
+                         "move it by `displaced(...)`")  # fmt: skip
+
+
+def _of_whom(declared: Declared, case: Case) -> tuple[Location, str]:
+    """Return where the material of a model is declared, and the name of its owner: the model, or else the body."""
+    if getattr(declared.thing, "material", None) is not None:
+        return declared.at("material"), declared.name
+    return case.body.at("material"), case.body.name
+
+
+def _of_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What of a beam does not go with a past."""
+    if not case.uniform:
+        at, named = _of_whom(declared, case)
+        yield diagnostic("E362", at, f"the constants of `{named}` vary, and it relaxes",
+                         "not together", "use constants that are the same everywhere")  # fmt: skip
+
+
+def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What of a solid does not go with a past."""
+    if case.planar == "plane_stress":
+        yield diagnostic("E362", case.body.at(), f"`{case.body.name}` is a plate that relaxes", "not in plane stress",
+                         "use a solid that is thin, or `plane_strain`")  # fmt: skip
+        return
+    if not case.uniform:
+        at, named = _of_whom(declared, case)
+        yield diagnostic("E362", at, f"the constants of `{named}` vary, and it relaxes",
+                         "not together", "use parts of constant material: `region stiff = part(...)`")  # fmt: skip
+        return
+    for material in case.materials:
+        if isinstance(material, Viscous):
+            yield from _of_law(model, declared, case, material)
+
+
+def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> Iterator[Diagnostic]:
+    """A law that has no such part, and a measure of strain in which none is known."""
+    from softmark.solvers.materials.viscoelastic_increment import part_of
+
+    if material.of == "whole" and model.formulation != "displacement":
+        whose = _of_whom(declared, case)[1]
+        yield diagnostic("E362", declared.at("formulation"), f"all stress of `{whose}` relaxes, and the"
+                         f" pressures of `{declared.name}` do not", "not with `of = whole`",
+                         "leave `of` out: the stress of shape relaxes")  # fmt: skip
+    elif model.strain == "finite" and material.law.finite_law() is not None and part_of(material, "finite") is None:
+        at, named = _of_whom(declared, case)
+        yield diagnostic("E362", at, f"the law of `{named}` has no stress of shape"
+                         " alone",
+                         "needs one that comes apart", "use `neo_hookean_isochoric(...)`, or `of = whole`")  # fmt: skip
+
+
+def _steps(case: Case) -> Iterator[Diagnostic]:
+    """A warning where a step is longer than what it is to show."""
+    analysis: Any = case.analysis
+    times = [tau for material in case.materials for _, tau in material.branches]
+    fast = [tau for tau in times if analysis.step > COARSE * tau]
+    if fast and (case.loads or any(support.thing.course is not None for support in case.supports)):
+        shown = units.show(float(f"{min(fast):.4g}"), units.TIME)
+        yield diagnostic("W369", case.body.at("material"), f"a step of {units.show(analysis.step, units.TIME)} does not"
+                         f" show what relaxes within {shown}", "resolved in the mean",
+                         "what follows slowly is right, and how it comes there is not seen: compare with half the"
+                         " step")  # fmt: skip
+
+
+def came_back(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
+    """A warning where it is not known what is dissipated up to each time (t,), J, or where some comes back.
+
+    `work` is what moves bodies, J.
+    """
+    from softmark.solvers.energies.viscoelastic_memory import fall_of
+
+    if unknown:
+        yield diagnostic("W368", declared.at(), f"what `{declared.name}` stores and has dissipated is not known",
+                         "its law is not convex there", "forces are those of the law: read them alone, or use another"
+                         " law, `of = shape` of rubber")  # fmt: skip
+        return
+    fall, most = fall_of(lost), float(abs(lost).max())
+    if fall <= FALLS * most + ROUNDED * work:
+        return
+    yield diagnostic("W368", declared.at(), f"of the energy that `{declared.name}` has dissipated"
+                     f" {100.0 * fall / most:.2g} % comes back", "no body does that",
+                     "its law makes work of nothing there: use another law, `of = shape` of rubber")  # fmt: skip

@@ -1,0 +1,33 @@
+"""Loads on rigid bodies: their weight and the forces at points of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.problem.body_case import Touch
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerMass
+from softmark.solvers.contact.rigid_mass_properties import volume_of
+from softmark.solvers.contact.signed_distance import gap_of
+
+
+def force_on(touch: Touch) -> float:
+    """Return the force on a rigid body along its free direction, N: the sum of its weight and its point forces."""
+    assert touch.along is not None
+    total = 0.0
+    for load in touch.loads:
+        match load.thing.action:
+            case PerMass(acceleration):
+                total += weighs(touch.rigid.thing) * acceleration[touch.along]
+            case AtPoint(_, force):
+                total += force[touch.along]
+    return total
+
+
+def weighs(thing: Any) -> float:
+    """The mass of a rigid body, kg; nothing where none is said."""
+    if thing.mass is not None or thing.density is None:
+        return float(thing.mass or 0.0)
+    gap = gap_of(thing.shape)
+    volume = None if gap is None else volume_of(gap)
+    assert volume is not None  # refused when the scene is checked
+    return float(thing.density * volume.V)

@@ -1,0 +1,286 @@
+"""Contacts of a body with rigid ones: from what a scene says to energies of the nodes of its surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.problem.body_case import Case, Fault, Touch, fault
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile
+from softmark.records import dataclass
+from softmark.solvers.contact.barrier_law import Barrier
+from softmark.solvers.contact.rigid_contact import Touching, node_areas
+from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.contact.tunnelling_check import Skin, skin
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.mesh.plane_boundary import bordering
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.signed_distance.distance_function import Gap
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.mesh.mesh import Mesh
+
+Bools = NDArray[np.bool_]
+THIN = 1e-5  # of the size of a body: where the barrier begins
+SLIGHT = 5e-4  # of the motion at rest, where that is less: a gap of it is a thousandth of a force
+LEAST = 1e-9  # of the size of a body: thinner ones drown in rounding
+BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
+
+
+def contacts_on(case: Case, mesh: Mesh) -> dict[str, Touching]:
+    """The energy of every contact, by name. Raises Fault where one has no surface, another's, or starts overlapped."""
+    _must_be_once(case, mesh)
+    return {touch.name: _touching(case, touch, mesh) for touch in case.contacts}
+
+
+def _must_be_once(case: Case, mesh: Mesh) -> None:
+    """Raises Fault where two contacts with a rigid body select the same facets; one that both cut is not the same."""
+    for i, later in enumerate(case.contacts):
+        for first in (c for c in case.contacts[:i] if c.rigid.name == later.rigid.name):
+            own, others = (loaded(case.shape, mesh, t.thing.where).whole for t in (later, first))
+            if not set(map(tuple, np.sort(own).tolist())) & set(map(tuple, np.sort(others).tolist())):
+                continue
+            raise fault(
+                "E616",
+                later.at("where" if "where" in later.declared.fields else ""),
+                f"`{later.name}` selects facets of `{case.body.name}` that `{first.name}` selects as well",
+                f"both between them and `{later.rigid.name}`",
+                "leave one of them out, or give each a part of the surface that the other has not",
+            )
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A rigid body where it has been taken at a share of the load: turned first, and then shifted."""
+
+    gap: Gap
+    touch: Touch
+
+    def __call__(self, share: float) -> Gap:
+        """Where it is."""
+        pose = pose_at(self.touch, share)
+        return self.gap if pose is None else Posed(self.gap, pose)
+
+    def pose(self, share: float) -> Pose:
+        """Its motion from where it is declared."""
+        return pose_at(self.touch, share) or Pose()
+
+
+def pose_at(touch: Touch, share: float) -> Pose | None:
+    """Where supports and loads have taken a rigid body at a share of the load; None where it is declared."""
+    shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
+    if touch.along is not None:
+        shift[touch.along] = share * touch.gone
+    for support in touch.moved:
+        shift = shift + share * np.array(support.thing.imposed)
+        if support.thing.turns:
+            rotation, about = share * np.array(support.thing.rotation), np.array(support.thing.through)
+    if not (shift.any() or rotation.any()):
+        return None
+    (a, b, c), (p, q, r), (x, y, z) = shift.tolist(), rotation.tolist(), about.tolist()
+    return Pose((a, b, c), (p, q, r), (x, y, z))
+
+
+def size_of(case: Case, mesh: Mesh) -> float:
+    """The diagonal of the box around a body, m; of a slice in its plane, whatever thickness forces are told of."""
+    return float(np.linalg.norm(np.ptp(mesh.points[:, :2], axis=0))) if case.planar else mesh.extent
+
+
+def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
+    """As thin as the size of the body and the way of what supports move ask, and as stiff as the body is."""
+    return Barrier(touch.thing.distance or _thin(case, touch, mesh), BEARS * case.largest_young)
+
+
+def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
+    """Distance at which a barrier begins, m, so small that the gap which it leaves is next to nothing.
+
+    At rest it is a small part of the motion that supports prescribe, or where they prescribe none, of the one that
+    forces cause.
+    """
+    extent = size_of(case, mesh)
+    if isinstance(case.analysis, Dynamic):
+        return THIN * extent
+    travel = max((math.hypot(*s.thing.imposed) for s in (*case.supports, *touch.moved)), default=0.0)
+    if not travel and touch.along is None:  # how far a rigid body goes that a force presses is not known before
+        travel = _compression(case, mesh)
+    return min(THIN * extent, max(SLIGHT * travel, LEAST * extent)) if travel else THIN * extent
+
+
+def _compression(case: Case, mesh: Mesh) -> float:
+    """Shortening of the body under its loads, m; 0 where a load has no force.
+
+    F L^2 / (E V) of a bar of the same length L, volume V and largest Young's modulus E: bending moves more.
+    """
+    volume = abs(float(mesh.volumes.sum()))
+    total = sum(_force_of(load.thing.action, case, mesh, volume) for load in case.loads)
+    return total * mesh.extent**2 / (case.largest_young * volume) if volume > 0.0 else 0.0
+
+
+def _force_of(action: object, case: Case, mesh: Mesh, volume: float) -> float:
+    """Size of the force of a load, N; 0 of moments, tendons and kinds that are not known here."""
+    match action:
+        case PerMass(acceleration):
+            density = max(material.density or 0.0 for material in case.typical)
+            return density * volume * math.hypot(*acceleration)
+        case AtPoint(_, force):
+            return math.hypot(*force)
+        case PerLength() as line:
+            return line.length * math.hypot(*line.force)
+        case PerArea(where, traction):
+            return math.hypot(*traction) * loaded(case.shape, mesh, where).area_of(case.depth)
+        case Tensile(where, stress, _) | Follower(where, stress):
+            return abs(stress) * loaded(case.shape, mesh, where).area_of(case.depth)
+    return 0.0
+
+
+def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
+    gap = gap_of(touch.rigid.thing.shape)
+    assert gap is not None  # refused when the scene is checked
+    _must_meet_the_plane(case, touch, gap)
+    facets = _surface(case, touch, mesh)
+    split = mesh.element.facet.triangles
+    nodes, areas = node_areas(mesh.points, facets, split, case.depth)
+    still = _still(case, mesh)
+    nodes, areas = nodes[~still[nodes]], areas[~still[nodes]]
+    barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
+    made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
+    made = replace(made, skin=_skin(case, mesh))
+    if steps := inner_steps(case, touch, mesh.points, facets):
+        from softmark.solvers.contact.facet_contact_points import inner
+
+        made = inner(made, mesh.points, facets, steps, case.depth, still)
+    if _sharper(gap, mesh.points * ((1.0, 1.0, 0.0) if case.planar else 1.0), facets, steps):
+        from softmark.solvers.contact.facet_contact_points import facing
+
+        made = replace(made, facing=facing(mesh.points, facets, steps, bool(case.planar), case.depth))
+    if touch.thing.friction:
+        from softmark.solvers.contact.rigid_friction import rubbing
+
+        made = rubbing(made, touch.thing.friction, posed.pose)
+    _must_be_apart(case, touch, made)
+    return made
+
+
+def _skin(case: Case, mesh: Mesh) -> Skin:
+    """All that a rigid body may come in by or leave."""
+    facets = np.asarray(mesh.facets)
+    return skin(mesh.points, facets[bordering(mesh.points, facets, case.depth > 0.0)] if case.planar else facets)
+
+
+def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
+    """Of the lattice on facets (f, a) that keeps clear of a rigid body; 0 where their nodes are enough.
+
+    Of what is plane there is no sharper lattice than facets need.
+    """
+    facet = FACETS[facets.shape[1]]
+    steps = 1 + (facet.nodes > facet.corners)
+    if not case.planar:
+        steps *= _finer(gap_of(touch.rigid.thing.shape), longest(points, facets))
+    return steps if len(facet.lattice(steps)) > facet.nodes else 0
+
+
+def longest(points: Floats, facets: Ints) -> float:
+    """The longest side of the triangles that facets (f, a) are split into, m."""
+    corners = points[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+
+
+def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
+    """Whether a body has edges or tips that are sharper than facets are with so many parts between two nodes.
+
+    What is blunter cuts in by no more than an eighth of the way from point to point: facets follow it.
+    """
+    facet = FACETS[facets.shape[1]]
+    parts = max(1, steps // (1 + (facet.nodes > facet.corners)))
+    return gap.sharpest * parts < longest(points, facets)
+
+
+def _finer(gap: Gap | None, longest: float) -> int:
+    """Into how many parts edges of that length, m, are split to meet what is sharper."""
+    from softmark.solvers.contact.facet_contact_points import MOST
+
+    sharpest = np.inf if gap is None else gap.sharpest
+    return int(np.clip(np.ceil(longest / max(sharpest, longest / MOST)), 1, MOST))
+
+
+def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
+    """Raises Fault where a rigid body of a file lies beside the plane of the body: of others the check says so."""
+    points = getattr(gap, "points", None)
+    if points is None:
+        return
+    from softmark.interpreter.problem.plane_of_contact import beside_plane
+
+    missed = beside_plane(touch.rigid, case.body, float(points[:, 2].min()), float(points[:, 2].max()))
+    if missed is not None:
+        raise Fault(missed)
+
+
+def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
+    """Raises Fault where a rigid body overlaps the body before anything has moved."""
+    rest, start = np.zeros(int(made.stencils.max()) + 1), made.at(0.0)
+    g = start.gaps(rest)
+    deepest = int(g.argmin())
+    if g[deepest] > -made.barrier.distance:
+        return
+    from softmark.interpreter.language import units
+
+    at = units.show_all(start.places(rest)[deepest].tolist(), units.LENGTH)
+    deep = units.show(float(-g[deepest]), units.LENGTH)
+    raise fault(
+        "E611",
+        touch.at(),
+        f"`{touch.rigid.name}` overlaps `{case.body.name}` before anything has moved: by {deep} at {at}",
+        "overlap at the start",
+        "move it away, so that it touches at most, and let a support bring it: `displaced(..., by = ...)`",
+    )
+
+
+def plane_modulus(case: Case) -> float:
+    """E / (1 - nu^2) of the stiffest material of a body, Pa: how its surface resists what presses on it."""
+    return max(2.0 * float(m.shear_modulus) / (1.0 - float(m.poisson)) for m in case.typical)
+
+
+def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
+    """The facets that may touch (k, a). Raises Fault if there are none."""
+    facets = loaded(case.shape, mesh, touch.thing.where).touched
+    facets = np.unique(facets, axis=0)
+    if case.planar:
+        facets = facets[bordering(mesh.points, facets, case.depth > 0.0)]
+    free = ~_held(case, mesh)
+    facets = facets[free[facets].any(axis=1)]
+    if not len(facets):
+        raise fault(
+            "E302",
+            touch.at("where" if "where" in touch.declared.fields else ""),
+            f"`{touch.name}` selects no part of the surface of `{case.body.name}` that is free to move",
+            "selects nothing",
+            "the condition must hold on a part of the surface that no support holds",
+        )
+    return facets
+
+
+def _still(case: Case, mesh: Mesh) -> Bools:
+    """Which nodes (n,) supports hold in every way: a rigid body may lie on them, and they on it, for neither goes."""
+    from softmark.interpreter.models.shared.support_constraints import selected
+
+    held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
+    for support in case.supports:
+        held[:, list(support.thing.components)] |= selected(case, support, mesh)[:, None]
+    return np.asarray(held.all(axis=1), dtype=np.bool_)
+
+
+def _held(case: Case, mesh: Mesh) -> Bools:
+    """Which nodes (n,) named supports hold: a facet all of whose nodes are held touches nothing."""
+    from softmark.interpreter.models.shared.support_constraints import selected
+
+    found: Bools = np.zeros(len(mesh.points), dtype=np.bool_)
+    for support in case.named_supports:
+        found |= selected(case, support, mesh)
+    return found

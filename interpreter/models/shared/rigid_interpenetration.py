@@ -1,0 +1,91 @@
+"""Rigid bodies that pass through each other in a motion: nothing keeps them apart, and they are told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
+from softmark.interpreter.problem.body_case import Touch
+from softmark.records import dataclass
+from softmark.solvers.contact.rigid_transform import Pose
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.contact.signed_distance.distance_function import Gap
+from softmark.solvers.energies.energy import Floats
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.load_amplitudes import Course
+
+PARTS = 16  # of the box around a body, along each side: points at which it is looked for in another
+DEEP = 0.01  # of the largest side of that: what is less is a touch
+
+
+@dataclass(frozen=True)
+class Thing:
+    """A rigid body with what tells where it is: `states` (t, 18) of a free one (`MotionBeside`), or its `course`."""
+
+    touch: Touch
+    gap: Gap
+    course: Course
+    states: Floats | None
+
+    def moved(self, X: Floats, i: int) -> Floats:
+        """Where points X (n, 3), m, of a free body as it is declared are at a time."""
+        assert self.states is not None
+        now, was = self.states[i], self.states[0]
+        own = (X - was[:3]) @ was[3:12].reshape(3, 3)
+        found: Floats = now[:3] + own @ now[3:12].reshape(3, 3).T
+        return found
+
+    def inside(self, x: Floats, i: int, time: float) -> Floats:
+        """Minus its gap at points x (n, 3) of space at a time (n,), m."""
+        if self.states is None:
+            pose = pose_at(self.touch, self.course.at(time)) or Pose()
+            return -self.gap.gap(pose.back(x))
+        now, was = self.states[i], self.states[0]
+        own = (x - now[:3]) @ now[3:12].reshape(3, 3)
+        return -self.gap.gap(was[:3] + own @ was[3:12].reshape(3, 3).T)
+
+
+def passing(
+    touches: Mapping[str, tuple[Touch, Course]], names: tuple[str, ...], times: Floats, states: Floats
+) -> tuple[Diagnostic, ...]:
+    """A warning for every two rigid bodies, by name, of which one is in the other at one of some times (t,), s.
+
+    `states` (t, b, 18) are those of the free ones of these names.
+    """
+    things = []
+    for name, (touch, course) in touches.items():
+        gap = gap_of(touch.rigid.thing.shape)
+        assert gap is not None  # refused when the scene is checked
+        things.append(Thing(touch, gap, course, states[:, names.index(name)] if name in names else None))
+    each = sorted(things, key=lambda thing: thing.states is None)  # free ones first
+    found = (_met(one, other, times) for one, other in combinations(each, 2) if one.states is not None)
+    return tuple(said for said in found if said is not None)
+
+
+def _met(one: Thing, other: Thing, times: Floats) -> Diagnostic | None:
+    """Of a free body and another."""
+    if (bounds := one.touch.rigid.thing.shape.bounds) is None:
+        return None
+    sides = [np.linspace(a, b, 2 * PARTS + 1)[1::2] for a, b in zip(*bounds, strict=True)]
+    X = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+    deep, least = -one.gap.gap(X), DEEP * float(np.ptp(np.array(bounds), axis=0).max())
+    X, deep = X[deep > least], deep[deep > least]
+    for i, time in enumerate(times.tolist()):
+        if len(X) and np.minimum(deep, other.inside(one.moved(X, i), i, time)).max() > least:
+            first, second = one.touch.rigid, other.touch.rigid
+            return diagnostic(
+                "W639",
+                first.at(),
+                f"`{first.name}` passes through `{second.name}`: rigid bodies do not keep clear of each other",
+                f"in each other at {units.show(time, units.TIME)}",
+                "let one of them deform, or end the motion before",
+            )
+    return None

@@ -1,0 +1,104 @@
+"""Supports that turn: how their points come there with the load, and what leaves no room for that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.statics.winding import Chain
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+STEP = math.radians(15.0)  # of a turn in one step of the load: its chord leaves the circle by 0.9 % of the radius
+EARLY = 0.381966  # share of the load at which supports must agree too: a whole turn ends where nothing moved
+
+
+@dataclass(frozen=True)
+class OnCircles:
+    """Points X (k, 3), m, that one support turns: component `along` (k,) of each, at places (k,) among what is held."""
+
+    support: Any
+    places: Ints
+    X: Floats
+    along: Ints
+
+
+@dataclass(frozen=True)
+class Turns:
+    """How what is held moves with the load: in proportion to `target` (c,), and on circles."""
+
+    target: Floats
+    circles: Sequence[OnCircles]
+    chains: tuple[Chain, ...] = ()  # of cells, from support to support
+    early = EARLY
+
+    @property
+    def longest(self) -> float:
+        """The largest step of the load."""
+        return STEP / max(math.hypot(*own.support.rotation) for own in self.circles)
+
+    def at(self, share: float) -> Floats:
+        """What is imposed (c,), m or rad, at a share of the load."""
+        found: Floats = share * self.target
+        for own in self.circles:
+            found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
+        return found
+
+    def lost(self, x: Floats, share: float) -> str | None:
+        """Return why a state (dofs,) does not show the whole turns that its supports have made, or None if it does."""
+        u = x[: 3 * (len(x) // 3)].reshape(-1, 3)  # pressures come last
+        return next((why for chain in self.chains if (why := chain.lost(u, share))), None)
+
+
+def turns_of(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,
+             target: Floats) -> Turns | None:  # fmt: skip
+    """Of degrees of freedom that are `held` (c,), `per_node` of each of the nodes (n, 3), m; None where nothing turns.
+
+    `owners`: who holds each. Rotations are not on circles.
+    """
+    own: dict[str, list[int]] = {}
+    for number, dof in enumerate(held.tolist()):
+        if owners[dof].thing.turns and dof % per_node < 3:
+            own.setdefault(owners[dof].name, []).append(number)
+    circles = []
+    for numbers in own.values():
+        dofs = held[numbers]
+        thing, places = owners[int(dofs[0])].thing, np.array(numbers, dtype=np.int64)
+        circles.append(OnCircles(thing, places, points[dofs // per_node], dofs % per_node))
+    return Turns(target, circles) if circles else None
+
+
+def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Errors where a turn cannot be followed in steps from rest."""
+    for support in case.supports:
+        if support.thing.turns and (why := _why(model, case)):
+            yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}`: {why[0]}",
+                             "followed in steps from rest", why[1])  # fmt: skip
+
+
+def _why(model: Any, case: Case) -> tuple[str, str] | None:
+    """Why not, and what to do."""
+    analysis = case.analysis
+    if model.reduces is not None:
+        return "its fields are straight, and points that turn move on circles", f"use `{model.reduces}`"
+    if isinstance(analysis, Dynamic):
+        return None
+    if model.unsolved:
+        return "a cap leaves no room for steps", "leave `cap` and `linear_cap` out"
+    if analysis.path != "load":
+        return "`path = arc_length` imposes motions in proportion to the load", "use `path = load`"
+    if analysis.disturbed != "none":
+        return "a disturbed start may find back by another way round", "leave `disturbed` out"
+    return None

@@ -1,0 +1,43 @@
+"""What does not take contacts of a body with itself, and ties: nothing is imported where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Static
+from softmark.interpreter.vocabulary.self_contact_words import Tied
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+
+
+def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Errors for models that are not `surfaced`, and for bodies and analyses with a past or a motion."""
+    for pair in case.pairs:
+        if not surfaced:
+            yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",
+                         "`fem(...)` takes it")  # fmt: skip
+        elif not (case.remembers or case.porous or isinstance(case.analysis, Static | Dynamic)):
+            yield _error(pair, f"`{pair.name}` is found at rest and in motion, and not in `quasistatic(...)`",
+                         "not in this analysis", "use `static(...)` or `dynamic(...)`")  # fmt: skip
+        elif case.remembers or case.porous:
+            yield _error(pair, f"`{pair.name}` is found of what has no past alone", "stress relaxes, or fluid seeps",
+                         "use `static(...)` or `dynamic(...)`, and a material without memory or fluid")  # fmt: skip
+        elif isinstance(pair.thing, Tied) and isinstance(case.analysis, Dynamic):
+            yield _error(pair, f"`{pair.name}` glues what is at rest alone: what turns would turn against it",
+                         "not in motion", "use `static(...)`, or make one piece of them: `union(...)`")  # fmt: skip
+        elif isinstance(case.analysis, Dynamic) and declared.thing.capped_at is not None:
+            yield diagnostic("E651", declared.at("cap"), f"`{declared.name}` solves states with contact to the end,"
+                             " from rest, in double precision", f"not with the contact `{pair.name}`",
+                             "leave `cap` out")  # fmt: skip
+        elif case.planar == "plane_stress":
+            yield _error(pair, f"`{pair.name}` is asked of a plate in plane stress, whose thickness changes",
+                         "not in plane stress", "use `plane_strain(...)` or `solid(...)`")  # fmt: skip
+
+
+def _error(pair: Declared, message: str, label: str, help: str) -> Diagnostic:
+    return diagnostic("E633", pair.at(), message, label, help)

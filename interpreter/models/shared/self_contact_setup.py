@@ -1,0 +1,152 @@
+"""Contacts of a body with itself and ties of its pieces: from what a scene says to energies of its surface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language import units
+from softmark.interpreter.models.shared.rigid_contact_setup import size_of
+from softmark.interpreter.problem.body_case import fault
+from softmark.interpreter.vocabulary.self_contact_words import REACH
+from softmark.interpreter.vocabulary.self_contact_words import Tied as TiedWord
+from softmark.solvers.contact.contact_surface import Skin, others, pieces_of, skin_of
+from softmark.solvers.contact.deformable_contact import Colliding, NoToolkit, toolkit
+from softmark.solvers.contact.tie_constraint import Tied, tied
+from softmark.solvers.mesh.plane_boundary import bordering
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.energies.energy import Energy, Ints
+    from softmark.solvers.mesh.mesh import Mesh
+
+THIN = 1e-3  # of the size of a body: where the barrier begins
+SOFT = 0.1  # of Young's modulus: the stiffness of the barrier
+STRAIGHT, CURVED = 3, 4  # parts of a side of a facet with nodes at its corners alone, and of others
+STIFF = 1e4  # times Young's modulus over the size of a body: a joint
+CLOSE = 1e-8  # of the size: surfaces that are nearer touch
+
+
+def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:
+    """The energy of every contact of the body with itself and of every tie, by name. Raises Fault."""
+    return {p.name: (_tied if isinstance(p.thing, TiedWord) else _colliding)(case, p, mesh) for p in case.pairs}
+
+
+def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
+    pressing = _pressing(case, pair, mesh)
+    if not pair.thing.friction:
+        return pressing
+    from softmark.solvers.contact.deformable_friction import Sliding
+
+    return Sliding(pressing, pair.thing.friction)
+
+
+def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
+    _must_be_installed(pair)
+    said, several = pair.thing, int(pieces_of(mesh).max()) > 0
+    parts = said.parts or (STRAIGHT if mesh.facets.shape[1] == mesh.element.facet.corners else CURVED)
+    skin = skin_of(mesh, mesh.points.size, parts, _facets(case, pair, mesh), bool(case.planar), case.depth)
+    thickness = _thickness(case, mesh, skin)
+    usual = THIN * size_of(case, mesh)
+    asked = said.distance or usual
+    stiffness = said.stiffness or SOFT * case.largest_young
+    told = others(mesh)
+    made = Colliding(skin, asked, stiffness, several, thickness, told, mesh.points)
+    left = _gap(pair, made, size_of(case, mesh))
+    if left == asked:
+        return made
+    if said.distance is None:
+        return Colliding(skin, left, stiffness, several, thickness, told, mesh.points)
+    raise fault(
+        "E631",
+        pair.at("distance"),
+        f"`{pair.name}` presses from {units.show(asked, units.LENGTH)} on, and its surfaces are"
+        f" {units.show(left, units.LENGTH)} apart before anything has moved",
+        "pressed from the start",
+        "take less than that, or leave `distance` out: it is then no more than the gap",
+    )
+
+
+def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
+    """Of a slice, or the way around of its middle ring, m; 1 in space."""
+    if case.depth:
+        return float(2.0 * np.pi * np.abs(skin.X[:, 0]).mean())
+    return float(np.ptp(mesh.points[:, 2])) if case.planar else 1.0
+
+
+def _gap(pair: Declared, made: Colliding, size: float) -> float:
+    """How far surfaces are apart at the start, m, at most the distance. Raises Fault where they meet."""
+    rest = np.zeros(made.skin.M.shape[1])
+    found = 0.0 if made.intersects(rest) else min(made.least(rest), made.distance)
+    if found > CLOSE * size:
+        return found
+    raise fault(
+        "E631",
+        pair.at(),
+        f"surfaces that `{pair.name}` is to keep apart touch or overlap before anything has moved",
+        "no gap at the start",
+        "leave a gap between the shapes, be it a thousandth of their size: flat facets of curved sides need more of it;"
+        " surfaces that are to hold together are `tied(...)`",
+    )
+
+
+def _must_be_installed(pair: Declared) -> None:
+    try:
+        toolkit()
+    except NoToolkit as error:
+        raise fault(
+            "E630",
+            pair.at(),
+            f"`{pair.name}` needs the package ipctk, which is not installed",
+            "no contact of bodies that deform",
+            'install it: pip install "softmark[contact]"',
+        ) from error
+
+
+def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
+    said, of = pair.thing, pieces_of(mesh)
+    which = _facets(case, pair, mesh)
+    piece = of[mesh.facets[which, 0]]
+    stiffness = said.stiffness or STIFF * case.largest_young / size_of(case, mesh)
+    reach = said.reach or REACH * size_of(case, mesh)
+    sides = [(which[piece == a], which[piece > a]) for a in range(int(of.max()))]
+    each = [tied(mesh, one, other, stiffness, reach, case.depth) for one, other in sides if len(one) and len(other)]
+    each = [made for made in each if len(made.nodes)]
+    if not each:
+        raise fault(
+            "E632",
+            pair.at("where" if "where" in pair.fields else ""),
+            f"`{pair.name}` finds no surfaces of `{case.body.name}` that lie on each other",
+            "ties nothing",
+            f"two pieces of the body must have sides that face each other within {units.show(reach, units.LENGTH)}:"
+            " give a larger `reach`, or another `where`",
+        )
+    return Tied(
+        np.concatenate([t.nodes for t in each]),
+        np.concatenate([t.K for t in each]),
+        sum(t.area for t in each),
+        stiffness,
+        others(mesh),
+    )
+
+
+def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
+    """Numbers of the facets of the mesh that a condition selects, of a slice those of its edge. Raises Fault."""
+    from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
+
+    rows = loaded(case.shape, mesh, pair.thing.where).touched
+    known = {tuple(row): i for i, row in enumerate(np.sort(mesh.facets, axis=1).tolist())}
+    found = np.array(sorted({known[tuple(row)] for row in np.sort(rows, axis=1).tolist()}), dtype=np.int64)
+    if case.planar:
+        found = found[bordering(mesh.points, mesh.facets[found], case.depth > 0.0)]
+    if not len(found):
+        raise fault(
+            "E302",
+            pair.at("where" if "where" in pair.fields else ""),
+            f"`{pair.name}` selects no part of the surface of `{case.body.name}`",
+            "selects nothing",
+            "the condition must hold on a part of the surface of the body",
+        )
+    return found

@@ -1,0 +1,35 @@
+"""Surfaces that pass through each other: looked for in what has been found, by a test of its own, and told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.language.message_builder import diagnostic
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.solvers.energies.energy import Floats
+
+
+def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
+    """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
+    from softmark.solvers.energies.energy import Wandering
+
+    found = {}
+    for name in (name for name, bed in beds.items() if isinstance(bed, Wandering)):
+        from softmark.solvers.independent_forces.self_intersection import crossings as passing
+
+        skin = beds[name].skin
+        found[name] = len(passing(skin.places(x)[: skin.corners], skin.faces))
+    return {"crossings": found} if found else {}
+
+
+def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning of every contact whose surfaces pass through each other."""
+    for name, count in facts.get("crossings", {}).items():
+        if count:
+            yield diagnostic("W630", declared.at(),
+                             f"surfaces of `{name}` pass through each other in `{declared.name}`",
+                             f"{count} pairs of faces", "this is no answer: please report it")  # fmt: skip

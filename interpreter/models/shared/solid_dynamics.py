@@ -1,0 +1,497 @@
+"""Dynamic analyses of solid models: from what a scene says to a march in time, and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import field, fields, replace
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared import self_intersections
+from softmark.interpreter.models.shared.mesh_notes import mesh_facts
+from softmark.interpreter.models.shared.prepared_model import ModalErrors, Moved, Prepared, Solution, Status
+from softmark.interpreter.problem.amplitude_tables import table_fault
+from softmark.interpreter.problem.body_case import Case, Fault, Touch
+from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.motion_history import KEPT, History
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.dynamics import INTEGRATORS, Integrator
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.energy_balance import LOSS
+from softmark.solvers.dynamics.integrator import Motion, StepTooLong
+from softmark.solvers.dynamics.load_amplitudes import Constant, Course
+from softmark.solvers.dynamics.time_integration import march
+from softmark.solvers.dynamics.time_step_resolution import WRONG, Resolution, resolution, resolved
+from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Touched, Trajectory
+from softmark.solvers.energies.energy import Energy, Floats, Lagging, Wandering
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.models.postprocessing.contact_history_results import Followed
+    from softmark.solvers.dynamics.time_step_error import StepError
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.statics.static_equilibrium import Statics, Watch
+
+LOOKED = 10  # of the FRAMES in which faces that pass through each other are looked for, by a test that takes long
+MOMENTS = 200  # of the energies that a report keeps
+BOUNCES = 50  # impacts that a report keeps
+KEEPS = "trapezoidal"  # the integrator that takes least energy
+REMEDY = "try a smaller step, another integrator or more damping"
+
+
+@dataclass(frozen=True)
+class PreparedMotion:
+    """A body in motion; `static` is the same body prepared for rest, which knows its mesh."""
+
+    static: Prepared
+    declared: Declared
+    analysis: Dynamic
+    problem: Dynamics
+    mesh: Mesh | None
+    case: Case | None = field(default=None, kw_only=True)  # of what may touch
+
+    @property
+    def touching(self) -> tuple[str, ...]:
+        """The contacts, in the order of the scene."""
+        return () if self.case is None else tuple(touch.name for touch in self.case.contacts)
+
+    @property
+    def rubbing(self) -> tuple[str, ...]:
+        """Those with friction, and after them pairs that have it."""
+        meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
+        return tuple(touch.name for touch in meet if getattr(touch.thing, "friction", 0.0))
+
+    @property
+    def beds(self) -> Any:
+        """What surfaces of the body that meet are made of, by contact: of finite elements, nothing else has such."""
+        return getattr(self.static, "beds", {})
+
+    @property
+    def size(self) -> Mapping[str, int]:
+        """nodes, elements, dofs."""
+        return self.static.size
+
+    @property
+    def notes(self) -> tuple[Diagnostic, ...]:
+        """Warnings about what was built."""
+        return self.static.notes
+
+    @property
+    def assembly(self) -> None:
+        """Of a state of rest alone."""
+        return
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points that loads act at (n, 3), m."""
+        return self.static.points
+
+    def after(self, before: Moved) -> Self:
+        """A motion has no states."""
+        return self
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at full size (n, 3), N."""
+        return self.static.forces()
+
+    def warm(self) -> None:
+        """Compile what the solution needs: two steps, outside the clock."""
+        self.static.warm()
+        with suppress(MotionNotConverged, StepTooLong):  # it is for the solution to say so
+            march(self.problem, 2 * self.analysis.step, self.analysis.step, lambda motion: None)
+
+    def outside(self, X: Floats) -> float:
+        """How far, in m, the farthest of the points X (n, 3) lies outside the mesh."""
+        return self.static.outside(X)
+
+    def solve(self, watch: Watch) -> Solution:
+        """March from the start to the end."""
+        steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
+        every = -(-steps // KEPT)
+        keep = _Keeper(every, self._state)
+        try:
+            track = march(self.problem, self.analysis.duration, self.analysis.step, keep)
+        except StepTooLong as refused:
+            message = f"{refused}; take a smaller step or an implicit integrator"
+            return Solution("failed", message, {"critical_step_s": refused.critical})
+        except Diverged as gained:
+            return Solution("diverged", f"{gained.reason}; {REMEDY}", _facts(gained.trajectory, self.problem.tolerance))
+        except MotionNotConverged as failure:
+            return Solution(
+                "not_converged", f"{failure.reason}; {REMEDY}", _facts(failure.trajectory, self.problem.tolerance)
+            )
+        return self._finish(track, every)
+
+    def _resolution(self) -> Resolution | None:
+        """How the step resolves the slowest vibration, or a spin where it does so worse; explicit steps resolve all."""
+        problem, times = self.problem, (self.analysis.duration, self.analysis.step)
+        if problem.integrator.explicit:
+            return None
+        with np.errstate(all="ignore"):
+            found = resolution(problem, self.points, *times)
+        spin = float(np.linalg.norm(self.analysis.spin))
+        turn = resolved(problem.integrator, Rayleigh(problem.damping.alpha), spin, *times) if spin else None
+        if turn is not None and (found is None or turn.error > found.error):
+            return replace(turn, motion="turn")
+        return found
+
+    def _step_error(self) -> StepError | None:
+        """The error of the time step in small motions, as a sum of vibration modes; None where it is not known."""
+        from softmark.solvers.dynamics.time_step_error import step_error
+
+        with np.errstate(all="ignore"):
+            return step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
+
+    def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
+        """Displacements (n, 3) of material points X (n, 3), m, in a mode of `shape` (dofs,)."""
+        from softmark.interpreter.models.shared.deformed_mesh import displacement_of
+
+        assert self.mesh is not None
+        return displacement_of(self.mesh, shape.reshape(-1, 3))
+
+    def _step_errors(self) -> ModalErrors | None:
+        found = self._step_error()
+        return None if found is None else ModalErrors(found, tuple(self._mode(s) for s in found.shapes.T))
+
+    def _finish(self, track: Trajectory, every: int) -> Solution:
+        step, kept = self.analysis.step, kept_of(track, every)
+        shown = self._shown(track.times[kept], np.array([track.observed[i].x for i in kept]))
+        history = History(
+            track.times[kept],
+            shown.pop("course"),
+            tuple(_whole(track, track.wall, step).tolist()),
+            tuple(_whole(track, track.cpu, step).tolist()),
+            step,
+            tuple((_whole(track, ~track.solved, step) == 0).tolist()),
+            events=tuple((e.time, e.text) for e in track.events),
+            energies={name: values[kept] for name, values in track.energies.items()},
+        )
+        missed = int((~track.solved).sum())
+        message = f"{missed} of {len(track.solved)} steps were accepted unsolved" if missed else None
+        found = self._resolution()
+        facts = (
+            _facts(track, self.problem.tolerance)
+            | _rubbed(track, self.rubbing)
+            | self._mesh_facts()
+            | self._crossings(shown.get("mesh"))
+        )
+        notes = (
+            *_events(self.declared, track),
+            *self_intersections.passing(self.declared, facts),
+            *_unbalanced(self.declared, self.analysis, track),
+            *_came_back(self.declared, track, self.problem),
+            *_unresolved(self.declared, self.analysis, found),
+        )
+        facts |= {} if found is None else {"resolution": found.facts}
+        status: Status = "capped" if missed else "converged"
+        known: dict[str, Any] = {"history": history, "followed": self._followed(track)}
+        known["step_errors"] = self._step_errors
+        return Solution(status, message, facts, notes=notes, **known, **shown)
+
+    def _followed(self, track: Trajectory) -> Followed | None:
+        """What contacts do; None where there are none."""
+        if track.touched is None or self.mesh is None or self.case is None:
+            return None
+        from softmark.interpreter.models.postprocessing.contact_history_results import Followed
+
+        own: list[Any] = [load for load in self.problem.assembly.loads if load.driven]
+        small = vars(self.declared.thing).get("strain") == "small"
+        contacts = dict(zip(self.touching, own, strict=True))
+        meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, Wandering)}
+        return Followed(self.case, contacts, meets, self.mesh, track, small)
+
+    def _state(self, motion: Motion) -> Floats:
+        """What is kept of a motion: displacements of the nodes (3 n,), or what others make these of."""
+        return motion.x.copy()
+
+    def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
+        """What a solution has of the states (t, ...) that were kept: `course`, `displacement` and, if any, `mesh`."""
+        from softmark.interpreter.models.shared.deformed_mesh import in_motion
+
+        assert self.mesh is not None
+        return in_motion(self.mesh, times, states.reshape(len(states), -1, 3))
+
+    def _crossings(self, mesh: Any) -> dict[str, Any]:
+        """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
+        if mesh is None or not self.problem.meets:
+            return {}
+        known = [
+            self_intersections.crossings(self.beds, mesh.frames[i].ravel()) for i in picked(len(mesh.frames), LOOKED)
+        ]
+        return {"crossings": {n: max(seen["crossings"][n] for seen in known) for n in known[0]["crossings"]}}
+
+    def _mesh_facts(self) -> dict[str, Any]:
+        return {} if self.mesh is None else mesh_facts(self.mesh)
+
+
+def kept_of(track: Trajectory, every: int) -> list[int]:
+    """Which states of a march are kept: every so many, and the last."""
+    last = len(track.observed) - 1
+    return [i for i in range(last + 1) if i % every == 0 or i == last]
+
+
+def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
+    """Sums over each step that the scene asked for: the parts of one that was halved count together."""
+    number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
+    return np.asarray(np.bincount(number, weights=values), dtype=np.float64)
+
+
+@dataclass
+class _Keeper:
+    """Keeps every so many states, and for the time being the last: rows that are not kept are freed."""
+
+    every: int
+    state: Callable[[Motion], Floats]
+    count: int = 0
+    last: _Row | None = None
+
+    def __call__(self, motion: Motion) -> _Row:
+        row = _Row(self.state(motion))
+        if self.last is not None and (self.count - 1) % self.every:
+            self.last.x = None
+        self.last, self.count = row, self.count + 1
+        return row
+
+
+@dataclass
+class _Row:
+    """A state that may be freed."""
+
+    x: Floats | None
+
+
+def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
+    """The `solve` part of a report; of steps that rounding ended, as of a body on which no force acts, none is left."""
+    left = np.where(track.solved, np.minimum(track.residuals, tolerance), track.residuals)
+    facts: dict[str, Any] = {
+        "iterations": int(track.iterations.sum()),
+        "steps": len(track.steps),
+        "residual": float(left.max()) if len(left) else None,
+        "lagged": int(track.lagged.sum()),
+        "fallbacks": int(track.fallbacks),
+        "unsolved": int((~track.solved).sum()),
+        "reached_s": float(track.times[-1]) if len(track.times) else 0.0,
+        "events": [{"time": e.time, "what": e.text} for e in track.events[:200]],
+        "halved": len(track.events),
+    }
+    if len(track.times):
+        some = picked(len(track.times), MOMENTS)
+        facts["times"] = track.times[some].tolist()
+        facts["energies"] = {name: values[some].tolist() for name, values in track.energies.items()}
+        facts["energy"] = track.balance.facts
+        facts["drift_J"] = float(track.energies["drift"][-1])
+    if track.touched is not None:
+        facts["momentum"] = _momentum(track.touched)
+    if track.impacts is not None:
+        facts["impacts"] = [
+            {"begin_s": b.begin, "end_s": b.end, "before_m_s": b.before.tolist(), "after_m_s": b.after.tolist(),
+             "restitution": b.restitution}
+            for b in track.impacts[:BOUNCES]
+        ]  # fmt: skip
+    return facts
+
+
+def _momentum(touched: Touched) -> dict[str, Any]:
+    """The balance of momentum of the body that deforms, N s: what it has gained, and what has given it that.
+
+    `off` is what is missing, relative to the largest of them: solvers leave as much; where supports hold, bdf2 and
+    generalised-alpha, whose steps reach back, and implicit Euler, which has the forces of their ends, that of a step.
+    """
+    each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
+    missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
+    most = max(float(np.linalg.norm(one)) for one in (touched.change, *touched.impulses))
+    told = {"change_Ns": touched.change.tolist()} | {name: one.tolist() for name, one in each.items()}
+    return told | {"off": missing / most if most else 0.0}
+
+
+def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
+    """What a report says of friction, of every contact at the times of the energies; nothing where there is none."""
+    if not track.rubbed:
+        return {}
+    own = [track.rubbed[i] for i in picked(len(track.times), MOMENTS)]
+    each = {name: [seen[k] for seen in own] for k, name in enumerate(names)}
+    return {"friction": {n: {"slip_m": [s.slip for s in seen], "sticks": [s.sticks for s in seen]}
+                         for n, seen in each.items()}}  # fmt: skip
+
+
+def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tuple[Diagnostic, ...]:
+    """A warning where energy appears that nothing has brought, or where the integrator has taken most of it."""
+    found, at = track.balance, declared.at()
+    if found.gained:
+        problem = f"{100 * found.gain:.0f} % of the largest came from nowhere"
+        return (
+            diagnostic(
+                "W318",
+                at,
+                f"the energies of `{declared.name}` do not balance: {problem}",
+                "the step is too long",
+                "try a smaller step, or give loads and supports that act at once a `course`",
+            ),
+        )
+    if found.loss <= LOSS:
+        return ()
+    other = "" if analysis.integrator == KEEPS else f", or `{KEEPS}`"
+    return (
+        diagnostic(
+            "W361",
+            at,
+            f"the integrator has taken {100 * found.loss:.0f} % of the energy of `{declared.name}`",
+            "numerical damping",
+            f"where it comes to rest is right, how it gets there is not: try a smaller step{other}",
+        ),
+    )
+
+
+def _came_back(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
+    """A warning where energy that what remembers has dissipated comes back."""
+    if problem.remembering is None:
+        return
+    from softmark.interpreter.models.shared.relaxation_capabilities import came_back
+
+    moved = float((track.energies["kinetic"] + track.energies["strain"]).max())
+    yield from came_back(declared, np.array(problem.remembering.losses), moved, problem.remembering.unknown)
+
+
+def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
+    """A warning where the step is too long for the slowest vibration that loads excite."""
+    if found is None or not found.doubtful:
+        return ()
+    moves = {"vibration": "slowest vibration", "turn": "turning", "return": "way back to rest"}[found.motion]
+    of = "time" if found.motion == "return" else "period"
+    period = units.show(float(f"{found.period:.3g}"), units.TIME)
+    problem = (
+        f"{found.steps:.2g} steps to a {of} of {period}"
+        if found.steps < found.few
+        else f"at the end it is off by {100 * min(found.error, 1.0):.0f} % of its swing ({of} {period})"
+    )
+    return (
+        diagnostic(
+            "W362",
+            declared.at(),
+            f"the {moves} of `{declared.name}` is not resolved: {problem}",
+            f"a step of {units.show(analysis.step, units.TIME)}",
+            f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",
+        ),
+    )
+
+
+def _better(found: Resolution, analysis: Dynamic) -> str:
+    """A step that resolves it, at one or two digits: errors fall with the step, or with its square."""
+    order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
+    step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
+    return units.show(float(f"{step:.1g}"), units.TIME)
+
+
+def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
+    """A warning where steps were halved."""
+    if not track.events:
+        return ()
+    at, first = declared.at(), track.events[0]
+    return (
+        diagnostic(
+            "W315",
+            at,
+            f"`{declared.name}` had to halve its step {len(track.events)} times",
+            f"first at {units.show(first.time, units.TIME)}",
+            first.text,
+        ),
+    )
+
+
+def integrator_of(analysis: Dynamic) -> Integrator:
+    """The integrator that an analysis names, with its own constants."""
+    cls: Any = INTEGRATORS[analysis.integrator]
+    own = "spectral_radius"
+    known = any(f.name == own for f in fields(cls))
+    made: Integrator = cls(**{own: analysis.spectral_radius}) if known else cls()
+    return made
+
+
+def in_motion(
+    static: Prepared,
+    declared: Declared,
+    case: Case,
+    mesh: Mesh,
+    mass: Any,
+    internal: Sequence[Energy],
+    loads: Sequence[tuple[Declared, Energy]],
+    rest: Statics,
+    pulling: int = 0,
+) -> PreparedMotion:
+    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself, the last `pulling` muscle."""
+    analysis = case.analysis
+    if not isinstance(analysis, Dynamic):
+        raise TypeError("the analysis is static")
+    must_be_followed(case, analysis)
+    integrator = integrator_of(analysis)
+    dofs = mesh.points.size
+    driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
+    ways = [course_of_rigid(touch) for touch in case.contacts]
+    contacts = [contact.at(way.at(0.0)).begun() for contact, way in zip(driven, ways, strict=True)]
+    meets = [energy for energy in internal if isinstance(energy, Wandering)]
+    internal = [energy for energy in internal if not isinstance(energy, Wandering)]
+    problem = Dynamics(
+        Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
+        mass,
+        np.zeros(dofs),
+        velocity(analysis, mesh.points, mass),
+        rest.fixed,
+        rest.target,
+        support_course(case),
+        (*(course_of(load) for load, _ in loads), *ways),
+        Rayleigh(analysis.damping_mass, analysis.damping_stiffness),
+        integrator,
+        analysis.tolerance,
+        analysis.max_iterations,
+        sound=next((e.sound for e in internal if isinstance(e, Lagging)), rest.sound),
+        cap=(cap := declared.thing.capped_at),
+        pulling=pulling,
+        lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
+        way=rest.way,
+        meets=(*meets,),
+    )
+    return PreparedMotion(static, declared, analysis, problem, mesh, case=case)
+
+
+def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
+    """Initial velocities (3 n,), m/s: of the whole body, and of its spin about the centre of mass."""
+    weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
+    centre = weights @ points / weights.sum()
+    v: Floats = np.array(analysis.velocity) + np.cross(np.array(analysis.spin), points - centre)
+    return v.ravel()
+
+
+def must_be_followed(case: Case, analysis: Dynamic) -> None:
+    """Refuse tables that cannot be read, or do not go over the analysis. Raises Fault."""
+    pulling = (load for touch in case.contacts for load in touch.loads)  # on rigid bodies
+    for moved in (*case.loads, *case.muscles, *case.supports, *pulling):
+        if (wrong := table_fault(moved, analysis.duration)) is not None:
+            raise Fault(wrong)
+
+
+def course_of(load: Declared) -> Course:
+    """How a load or support grows in time; in full from the start where the scene does not say."""
+    course: Course | None = load.thing.course
+    return course or Constant()
+
+
+def course_of_rigid(touch: Touch) -> Course:
+    """The one course of a rigid body; of one that stays, whatever is steady."""
+    first = next((s for s in touch.moved if s.thing.moves), None)
+    return Constant() if first is None else course_of(first)
+
+
+def support_course(case: Case) -> Course:
+    """The one course of all supports that move; scenes in which they differ are refused when they are checked."""
+    moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
+    first = next(moving, None)
+    return Constant() if first is None else course_of(first)

@@ -1,0 +1,134 @@
+"""From a static problem to a solution: one place that turns NotConverged into words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.prepared_model import Solution
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear import factorisations
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged
+
+CRITERIA = {
+    "residual": "residual",
+    "energy": "error in the energy norm, since rounding limits the residual",
+    "rounding": "rounding limits the residual, and the last Newton step was below 1e-4 of the motion",
+    "cap": "stopped by a cap, not solved",
+}
+
+
+def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
+    """Warnings about an equilibrium that may not be the only one."""
+    at = declared.at()
+    if found.facts.get("recovery", {}).get("elsewhere"):
+        return (
+            diagnostic(
+                "W314",
+                at,
+                f"`{declared.name}` found back to another state than without the disturbance, of the same energy",
+                "one of several states",
+                "which one is found is arbitrary; an imperfection decides it",
+            ),
+        )
+    if found.facts.get("pressed", {}).get("gave_way"):
+        return (
+            diagnostic(
+                "W314",
+                at,
+                f"`{declared.name}` gave way to the rigid body that loads press, which went on to where it is held",
+                "one of several states",
+                "before that it may be held as well, by less than all of the load: raise it in `states`",
+            ),
+        )
+    if found.critical is not None or any(i.phase == "aside" for i in found.history):
+        part = "" if found.critical is None else f" at {found.critical:.3g} of the load"
+        return (
+            diagnostic(
+                "W314",
+                at,
+                f"`{declared.name}` buckled{part}: the straight equilibrium is unstable",
+                "one of several states",
+                "the direction in which it went is arbitrary; an imperfection decides it",
+            ),
+        )
+    if found.stable is None and found.solved and found.follower:
+        return (
+            diagnostic(  # no admission: it says nothing of this state, unlike W314
+                "W319",
+                at,
+                f"whether the equilibrium of `{declared.name}` is stable could not be established",
+                "a load has no energy",
+                "there may be another state; vary the load and compare",
+            ),
+        )
+    return ()
+
+
+def solution(
+    find: Callable[[], Equilibrium],
+    remedy: str,
+    finish: Callable[[Equilibrium], Solution],
+    words: Callable[[Floats], str] | None = None,
+) -> Solution:
+    """What `find` comes to; not converged, with its history, where it finds no equilibrium.
+
+    `words` says in words which motion (dofs,) is one that nothing resists.
+    """
+    try:
+        found = find()
+    except NotConverged as failure:
+        known = facts(failure.history, None, 0) | failure.facts
+        loose = "" if failure.loose is None or words is None else f"; {words(failure.loose)}"
+        return Solution("not_converged", f"{failure.reason}{loose}; {remedy}", known)
+    return finish(found)
+
+
+def unresisted(X: Floats, d: Floats) -> str:
+    """A motion d (n, 3) of points X (n, 3), m, that nothing resists, in words."""
+    size = np.linalg.norm(d, axis=1)
+    moving = np.flatnonzero(size > 0.5 * size.max())
+    first = ", ".join(units.show_all(X[n].tolist(), units.LENGTH) for n in moving[:3])
+    more = ", ..." if len(moving) > 3 else ""
+    return f"nothing resists a motion of {len(moving)} of its {len(X)} nodes, at {first}{more}"
+
+
+def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
+    """The `solve` part of a report."""
+    shown = [
+        {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
+    ]
+    return {
+        "iterations": len(history),
+        "steps": steps,
+        "residual": residual,
+        "linear_solver": factorisations.NAME,
+        "history": shown,
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if abs(value) < float("inf") else None
+
+
+def found(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
+    """A solution that met its tolerance, or one that a cap stopped."""
+    known = facts(state.history, state.residual, state.load_steps)
+    known["criterion"] = CRITERIA[state.criterion]
+    known["stable"] = state.stable
+    known["linear_solver"] = state.linear_solver
+    known["started"] = state.started
+    known |= {"critical_load": state.critical} if state.critical is not None else {}
+    if state.condition is not None:
+        known |= {"condition": _number(state.condition), "rounding": state.rounding}
+    known |= state.facts
+    if state.solved:
+        return Solution("converged", None, known, displacement)
+    reason = f"stopped by its cap at a residual of {state.residual:.1e}"
+    inverted = "" if state.sound else ", with inverted cells"
+    return Solution("capped", reason + inverted, known, displacement)

@@ -1,0 +1,98 @@
+"""Warnings about bodies that may be softer or stiffer than their cells, because moduli vary within cells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.heterogeneous_material import Part, moduli_of, moduli_vary, stiffness_of
+from softmark.interpreter.models.shared.stiffness_bounds import ALL, Moduli, energies, pressure_energies, softness
+from softmark.interpreter.models.shared.varying_quadrature import Resolved
+from softmark.solvers.energies.energy import Floats
+
+SOFTER = 0.01  # of the stiffness of a body: less goes without a warning
+
+
+def softer_by(u: Floats, parts: Iterable[Part], pressures: bool) -> float:
+    """Return the share of the stiffness of its cells that a body may lack in displacements u (n, 3), m."""
+    lost = total = 0.0
+    for own in parts:
+        varies = moduli_vary(own.case)
+        seen = stiffness_of(own.case, own.mesh, pressures) if varies else None
+        if seen is None:
+            young = getattr(own.case.material, "young", None)
+            if not isinstance(young, float | int):
+                return 0.0  # energies of its parts are not known on one scale
+            total += energies(own.mesh, u, np.full(len(own.mesh.cells), float(young)), None)[1]
+            continue
+        found = softness(own.mesh, moduli_of(own.case.material, pressures), seen)
+        more, whole = energies(own.mesh, u, np.abs(seen.means[0]), found)
+        lost, total = lost + more, total + whole
+    return min(ALL, lost / total) if total > 0.0 else 0.0
+
+
+def stiffer_by(u: Floats, parts: Iterable[Part], p: Floats | None) -> float:
+    """Return the share by which a body may be stiffer than its cells in displacements u (n, 3), m.
+
+    `p` (m, b), Pa, are the pressures of cells. Pressures do not follow a bulk modulus that varies within a cell: they
+    take its harmonic mean. A body with uniform dilatation has the arithmetic mean, and no body is stiffer than that.
+    """
+    lost = total = 0.0
+    for own in parts:
+        varies = moduli_vary(own.case)
+        seen = stiffness_of(own.case, own.mesh, True) if varies else None
+        means = _means(own, seen)
+        if means is None:
+            return 0.0  # energies of its parts are not known on one scale
+        more, whole = pressure_energies(own.mesh, u, None if p is None else p[own.which], means)
+        lost, total = lost + (more if varies else 0.0), total + whole
+    return lost / total if total > 0.0 else 0.0
+
+
+def _means(own: Part, seen: Resolved | None) -> Moduli | None:
+    """Return the mean moduli of the cells of one material; None if it has no Young's modulus."""
+    young, nu = (getattr(own.case.material, name, None) for name in ("young", "poisson"))
+    ones = np.ones(len(own.mesh.cells))
+    if seen is None:
+        if not (isinstance(young, float | int) and isinstance(nu, float | int)):
+            return None
+        return Moduli(young / (2.0 + 2.0 * nu) * ones, 3.0 * (1.0 - 2.0 * nu) / young * ones, ones)
+    (modulus, inverse), *_ = moduli_of(own.case.material, True).inverses
+    spread = seen.means[modulus] * seen.means[inverse]
+    if isinstance(nu, float | int):
+        return Moduli(seen.means[0] / (2.0 + 2.0 * nu), 3.0 * (1.0 - 2.0 * nu) * seen.means[1], spread)
+    return Moduli(seen.means[0], seen.means[1], spread)
+
+
+def softness_note(
+    declared: Declared, u: Floats, parts: Sequence[Part], p: Floats | None = None
+) -> Iterator[Diagnostic]:
+    """Yield warnings that a body may be softer or stiffer than its cells, whose moduli vary.
+
+    `u` (n, 3), m, are its displacements and `p` (m, b), Pa, the pressures of its cells.
+    """
+    pressures = declared.thing.formulation != "displacement"
+    stiffer = stiffer_by(u, parts, p) if pressures else 0.0
+    if stiffer > SOFTER:
+        yield diagnostic(
+            "W401", declared.at("formulation"),
+            f"`{declared.name}` may take `{parts[0].case.body.name}` for softer than it is, for its moduli vary within"
+            " cells and pressures do not follow them",
+            f"its stiffness may lack up to {100 * stiffer:.3g} %",
+            "pressures in cells have the harmonic mean of the bulk modulus: use a mesh whose cells are smaller than"
+            " what varies, or leave out `formulation` where Poisson's ratio is not near 0.5",
+        )  # fmt: skip
+    share = softer_by(u, parts, pressures)
+    if share > SOFTER:
+        yield diagnostic(
+            "W401", declared.at("size" if declared.thing.own_mesh is None else "mesh"),
+            f"`{declared.name}` may take `{parts[0].case.body.name}` for up to {100 * share / (1.0 - share):.3g} %"
+            " stiffer than it is, for its moduli vary within cells",
+            f"up to {100 * share:.3g} % of its stiffness",
+            "cells cannot strain as softer and stiffer layers behind one another do: use a mesh whose cells are smaller"
+            " than what varies",
+        )  # fmt: skip

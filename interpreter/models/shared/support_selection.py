@@ -1,0 +1,290 @@
+"""What part of its selection a support holds on a mesh: nodes stand for the facets and cells that they span.
+
+A selection has a volume, an area on the surface of the body, or else a length along its edges: of each the share is
+taken that lies in cells (facets, edges) all of whose nodes are held. Exact for borders that are planes, on straight
+cells and flat facets; curved ones are followed by pieces of a fraction of a cell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Border, Condition
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.group_conditions import apart, of_cells, of_facets, of_nodes
+from softmark.interpreter.problem.surface_selection.selected_pieces import (
+    Bools,
+    cut,
+    near,
+    selects,
+    slack_of,
+    undecided,
+)
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.simplex_clipping import Pieces
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.group_conditions import Members
+    from softmark.solvers.mesh.mesh import Mesh
+
+SMALL = 1e-6  # of the body: a selection with less volume, or area, has none
+ASIDE = 1e-3  # of the size of a face: how far from it the slope of a level is looked for
+WHOLE = 1e-9  # what rounding leaves of a share
+ALONG = 1e-6  # of an edge: what rounding leaves of one that begins on the border
+MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has around a circle misses no more
+
+
+@dataclass(frozen=True)
+class Grip:
+    """What a support holds of a mesh with n nodes.
+
+    `held` is the share of the selection that its nodes span, `beyond` what they span beyond it, as a part of it. A
+    selection that has no cell as a whole is a `layer` thinner than one: its part of the mesh, and that which is held.
+    """
+
+    nodes: Bools  # (n,)
+    wide: Bools  # (n,) those of all cells and facets that the selection has a part of
+    held: float
+    beyond: float
+    layer: tuple[float, float] | None = None
+
+    @property
+    def missed(self) -> bool:
+        """Whether something else is held than was selected."""
+        return 1.0 - self.held > MISSED or self.beyond > MISSED
+
+
+def grip(condition: Condition, mesh: Mesh) -> Grip:
+    """What a condition holds of a mesh; found once for each mesh."""
+    key = Grip, condition
+    if key not in mesh.selections:
+        mesh.selections[key] = _found(condition, mesh)
+    found: Grip = mesh.selections[key]
+    return found
+
+
+def grips(case: Case, mesh: Mesh) -> dict[str, Grip]:
+    """Those of all supports of a case, by name."""
+    return {support.name: grip(support.thing.where, mesh) for support in case.supports}
+
+
+def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
+    """Warnings where a mesh holds another part of the body than its supports select."""
+    return tuple(_note(declared, name, own) for name, own in grips(case, mesh).items() if own.missed)
+
+
+def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
+    at = declared.at("size" if declared.thing.own_mesh is None else "mesh")
+    if own.layer is not None and own.beyond > MISSED:
+        asked, held = (100 * part for part in own.layer)
+        return diagnostic(
+            "W375",
+            at,
+            f"`{name}` selects {asked:.2g} % of the mesh of `{declared.name}`, a layer thinner than its cells, "
+            f"and cells with {held:.2g} % are held",
+            "cells all of whose nodes are held are held as a whole",
+            "select the surface alone, or use cells as thin as the layer; `--stated` says what it makes",
+        )
+    parts = [f"{100 * own.held:.3g} % of what `{name}` selects"] if 1.0 - own.held > MISSED else []
+    parts += [f"{100 * own.beyond:.3g} % more than `{name}` selects"] if own.beyond > MISSED else []
+    return diagnostic(
+        "W375",
+        at,
+        f"the mesh of `{declared.name}` holds {' and '.join(parts)}",
+        "its facets and cells do not end there",
+        "use a finer mesh, or one with nodes along the border of the selection; `--stated` says what it makes",
+    )
+
+
+# ------------------------------------------------------------------ of a mesh
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """Cells, facets or edges of a mesh: nodes (m, k) of each, its size (m,), and simplices (m, s, c) of its nodes.
+
+    `members` tells which of them are of a named group.
+    """
+
+    nodes: Ints
+    sizes: Floats
+    simplices: Ints
+    members: Members
+    rings: bool = False  # around the y axis: every piece counts by its distance from it
+
+    def sizes_of(self, pieces: Pieces) -> Floats:
+        """By which pieces of them count (p,): in proportion to their volumes, areas or lengths."""
+        sizes: Floats = pieces.sizes * pieces.middles[:, 0] if self.rings else pieces.sizes
+        return sizes
+
+
+def _found(condition: Condition, mesh: Mesh) -> Grip:
+    nodes = np.zeros(len(mesh.points), dtype=np.bool_)
+    for own, which in apart(condition, of_nodes(mesh)):
+        nodes[which] = selects(own, mesh.points[which], mesh.extent)
+    wide = nodes.copy()
+    volumes, areas = cells_of(mesh), _facets(mesh)
+    looked = [(kind, fractions(condition, kind, mesh)) for kind in (volumes, areas)]
+    for kind, f in looked:  # a selection without its border: what is held inside is held up to there
+        nodes[_up_to_border(condition, kind.nodes[f >= 1.0 - WHOLE], nodes, mesh)] = True
+    if not any(float(f @ kind.sizes) > SMALL * kind.sizes.sum() for kind, f in looked):
+        edges = _edges(mesh)
+        looked = [(edges, fractions(condition, edges, mesh))]
+    for kind, f in looked:
+        wide[np.unique(kind.nodes[f > SMALL])] = True
+    shares = [_share(kind, f, nodes) for kind, f in looked if float(f @ kind.sizes) > SMALL * kind.sizes.sum()]
+    held = min((held for held, _ in shares), default=1.0)
+    return Grip(
+        nodes, wide | nodes, held, max((beyond for _, beyond in shares), default=0.0), _layer(*looked[0], nodes)
+    )
+
+
+def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
+    """Nodes of whole cells (c, k) that are not held, all of whose edges to held ones are selected.
+
+    A corner that lies outside takes the cube of how far it does from the cell's volume: nothing that could be seen.
+    """
+    cell, corner = np.nonzero(~held[whole])
+    own = whole[cell, corner]
+    ends = np.stack([np.repeat(own, whole.shape[1]), whole[cell].ravel()], axis=1)
+    ends = ends[held[ends[:, 1]]]
+    if not len(ends):
+        return own
+    f = fractions(condition, _lines(ends, mesh), mesh)
+    return np.setdiff1d(own, ends[f < 1.0 - ALONG, 0])
+
+
+def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
+    """Where what is selected has a volume and yet no whole cell: its part of all, and that of the cells held by it."""
+    total, spanned = float(kind.sizes.sum()), nodes[kind.nodes].all(axis=1) & (f > SMALL)
+    share = float(f @ kind.sizes) / total
+    thin = kind.nodes.shape[1] >= 4 and share > SMALL and f.max() < 1.0 - WHOLE
+    return (share, float(kind.sizes[spanned].sum()) / total) if thin else None
+
+
+def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
+    """What nodes span of the selected fractions f (m,), and what they span beside it where a border passes."""
+    chosen, spanned = f * kind.sizes, nodes[kind.nodes].all(axis=1)
+    total = float(chosen.sum())
+    held = float(chosen[spanned].sum()) / total
+    crossed = spanned & (f > SMALL) & (f < 1.0 - WHOLE)
+    beyond = float(((1.0 - f) * kind.sizes)[crossed].sum()) / total
+    return (1.0 if held > 1.0 - WHOLE else held), beyond
+
+
+def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
+    """The cells of a mesh; with a `depth`, m, of a slice through a body of revolution, as whole rings."""
+    corners = mesh.cells[:, : mesh.element.corners]
+    simplices = corners[:, np.array(mesh.element.tetrahedra)]
+    sizes = mesh.volumes
+    if depth:
+        from softmark.solvers.energies.axisymmetric import around
+
+        parts = integration(mesh)
+        sizes = (parts.w * around(mesh.points[mesh.cells, 0] @ parts.N.T, depth)).sum(axis=1)
+    return _Kind(mesh.cells, sizes, simplices, of_cells(mesh), depth > 0.0)
+
+
+def _facets(mesh: Mesh) -> _Kind:
+    triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
+    whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
+    areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
+    return _Kind(mesh.facets, areas, triangles, of_facets(mesh))
+
+
+def _edges(mesh: Mesh) -> _Kind:
+    """Sides of the triangles of the surface, each once."""
+    sides = mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    return _lines(np.unique(np.sort(sides, axis=1), axis=0), mesh)
+
+
+def _lines(ends: Ints, mesh: Mesh) -> _Kind:
+    """Straight lines between nodes (m, 2), members of a group where both ends are."""
+    lengths = np.linalg.norm(mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]], axis=1)
+
+    def members(name: str) -> Bools:
+        return np.asarray(of_nodes(mesh)(name)[ends].all(axis=1))
+
+    return _Kind(ends, lengths, ends[:, None, :], members)
+
+
+# ------------------------------------------------------------------ fractions of cells
+
+
+def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
+    """What part of each cell a condition selects (m,), from 0 to 1."""
+    if condition.groups:
+        known = np.zeros(len(kind.nodes))
+        for alone, which in apart(condition, kind.members):
+            part = replace(kind, nodes=kind.nodes[which], sizes=kind.sizes[which], simplices=kind.simplices[which])
+            known[which] = fractions(alone, part, mesh)
+        return known
+    number = np.repeat(np.arange(len(kind.nodes)), kind.simplices.shape[1])
+    corners = kind.simplices.reshape(-1, kind.simplices.shape[2])
+    crossed = np.zeros(len(kind.nodes), dtype=np.bool_)
+    followed = _followed(condition, kind, mesh)
+    beside = np.arange(len(corners))
+    if not all(border.plane for border in condition.borders):
+        beside = np.flatnonzero(undecided(condition, mesh.points[corners], mesh.extent))
+    for border in condition.borders:
+        crossed[number[beside[near(border, mesh.points[corners[beside]], mesh.extent)]]] = True
+    whole = Pieces(mesh.points[kind.simplices[:, 0]], np.arange(len(kind.nodes)))
+    f = selects(condition, whole.middles, mesh.extent).astype(float)
+    crossed &= np.isnan(followed)
+    some = crossed[number]
+    pieces = Pieces(mesh.points[corners[some]], number[some])
+    for border in condition.borders:
+        pieces = cut(pieces, border, mesh.extent)
+    chosen = selects(condition, pieces.middles, mesh.extent)
+    size, count = kind.sizes_of(pieces), len(kind.nodes)
+    total = np.bincount(pieces.of, size, minlength=count)
+    own = np.bincount(pieces.of[chosen], size[chosen], minlength=count)
+    found: Floats = np.where(crossed & (total > 0.0), own / np.where(total > 0.0, total, 1.0), f)
+    return np.where(np.isnan(followed), found, followed)
+
+
+def _followed(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
+    """Shares (m,) of curved cells of which faces lie on a border with all their nodes, and nothing beyond it; else nan.
+
+    What such a cell has beyond the border is thin: its volume is the integral of its depth over the face.
+    """
+    found, element = np.full(len(kind.nodes), np.nan), mesh.element
+    if len(condition.borders) != 1 or kind.nodes.shape[1] != element.nodes or element.nodes == element.corners:
+        return found
+    border, sides = condition.borders[0], np.array(element.facets)
+    if border.plane is not None:
+        return found
+    level, slack = border.at(*mesh.points.T)[kind.nodes], slack_of(border, mesh.extent)
+    on = (np.abs(level) <= slack)[:, sides].all(axis=2)  # (m, s)
+    cells = np.flatnonzero(on.any(axis=1) & ((level.min(axis=1) >= -slack) | (level.max(axis=1) <= slack)))
+    if len(cells):
+        inside = selects(condition, mesh.points[kind.nodes[cells]].mean(axis=1), mesh.extent)
+        at, side = np.nonzero(on[cells])
+        faces = kind.nodes[cells[at][:, None], sides[side]]
+        share = np.bincount(at, _beyond(border, mesh.points[faces], mesh), minlength=len(cells)) / kind.sizes[cells]
+        found[cells] = np.where(inside, 1.0 - share, share)
+    return found
+
+
+def _beyond(border: Border, faces: Floats, mesh: Mesh) -> Floats:
+    """The volume (f,), m^3, between outward faces with nodes (f, k, 3) and a border that lies on their inner side."""
+    facet = mesh.element.facet
+    xi, w = facet.quadrature()
+    X = np.einsum("qk,fki->fqi", facet.shape(xi), faces)
+    t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), faces)
+    n = np.cross(t[0], t[1])
+    area = np.linalg.norm(n, axis=2)
+    step = ASIDE * float(np.sqrt(area.max()))
+    up, down = (border.at(*np.moveaxis(X + s * n / area[..., None], 2, 0)) for s in (step, -step))
+    way = border.at(*np.moveaxis(X, 2, 0)) * 2.0 * step
+    depth = np.divide(way, up - down, out=np.zeros_like(way), where=up != down)  # as high on both sides: |x| at x = 0
+    volume: Floats = (np.maximum(depth, 0.0) * area) @ w
+    return volume

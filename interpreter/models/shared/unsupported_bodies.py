@@ -1,0 +1,134 @@
+"""Bodies that supports leave free, and only touch can hold: what keeps them until it does, and what stays free.
+
+Of a body of several pieces each is looked at by itself: what rigid bodies or other pieces are to hold. What a piece
+meets is taken to stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.beam.rigid_motions import point_rows
+from softmark.interpreter.models.shared.support_constraints import Held, held_of, left_free, listed, loosely
+from softmark.interpreter.problem.body_case import Case
+from softmark.records import dataclass
+from softmark.solvers.contact.tie_constraint import Tied
+from softmark.solvers.energies.energy import Wandering
+from softmark.solvers.energies.stabilization_spring import Ground
+from softmark.solvers.statics.free_body_stabilization import GONE
+
+if TYPE_CHECKING:
+    from softmark.solvers.energies.energy import Floats
+    from softmark.solvers.mesh.element_interpolation import Integration
+    from softmark.solvers.mesh.mesh import Mesh
+
+Bools = NDArray[np.bool_]
+WEAKEST = 1e-6  # of Young's modulus times the size: a spring that a body hardly feels, and factors of its tangent bear
+
+
+@dataclass(frozen=True)
+class Loose:
+    """A body that supports leave free: how they hold it, and the spring that keeps it until it touches.
+
+    `pieces` (k, n) are the nodes of each of its pieces that is free; `whole` says whether that is all of it.
+    """
+
+    held: Held
+    spring: Ground
+    pieces: Bools
+    whole: bool
+
+    def kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+        """What holds it in a state u (3 n,), m, without numbers of that state: several of which it is true are named.
+
+        What it is free to do still, in words, or nothing where it is held.
+        """
+        each = [self._kept(declared, contacts, u, piece) for piece in self.pieces]
+        return tuple(note for note, _ in each), ", and to ".join(adrift for _, adrift in each if adrift)
+
+    def _kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools) -> tuple[Diagnostic, str]:
+        """The same of one piece of these nodes (n,)."""
+        pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u, piece))}
+        left = left_free(self.held, piece, [*pressing.values()])
+        adrift = listed(left) if left else ""
+        by = " and ".join(f"`{name}`" for name in pressing)
+        body = f"`{self.held.case.body.name}`"
+        what = body if self.whole else f"a piece of {body}"
+        problem = f"supports leave {what} free to {listed(left_free(self.held, piece, []))}: "
+        problem += f"{by} {'hold' if len(pressing) > 1 else 'holds'} it" if by else "nothing touches it"
+        stays = f"; free to {adrift} still, it stays where it was" if adrift else ""
+        remedy = "a spring keeps it where it is; what is to hold it must come nearer"
+        if by:
+            remedy = f"a spring kept it on the way, and bears less than {GONE:.0e} of the forces now{stays}"
+        label = "held by what it touches" if by else "held by nothing"
+        return diagnostic("W613", declared.at(), problem, label, remedy), adrift
+
+    def _rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:
+        """What rigid motions do to gaps of points that are pressed, and along the surface where they stick (r, 6)."""
+        X, n, sticks = _met(contact, u, piece) if isinstance(contact, Wandering) else _pressed(contact, u, piece)
+        moved = point_rows(X - self.held.centre, (0, 1, 2)).reshape(-1, 3, 6)
+        return np.concatenate([np.einsum("pi,pij->pj", n, moved), moved[sticks].reshape(-1, 6)])
+
+
+def _pressed(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
+    """Of points of a piece that a rigid body presses on places (p, 3), m, normals (p, 3), and whether they stick."""
+    nodes = getattr(contact, "nodes", None)
+    on = contact.pressures(u) > 0.0
+    if nodes is not None and len(nodes) == len(on):
+        on = on & piece[nodes]
+    sticks = ~contact.slip(u).slides[on] if contact.rubs else np.zeros(int(on.sum()), dtype=np.bool_)
+    return contact.places(u)[on], contact.look(u)[1][on], sticks
+
+
+def _met(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
+    """The same of samples between it and another piece, on either."""
+    from softmark.solvers.contact.deformable_friction import Sliding
+
+    hold, skin = (contact if contact.rubs else Sliding(contact, 0.0)).hold(u), contact.skin
+    own = (abs(hold.W) @ np.repeat(piece, 3).astype(np.float64)).reshape(hold.n.shape).any(axis=1)
+    X, n = (np.zeros((int(own.sum()), 3)) for _ in range(2))
+    d = skin.X.shape[1]
+    X[:, :d], n[:, :d] = skin.places(u)[skin.corners + hold.which[own]], hold.n[own]
+    slides = hold.slip(u, contact.friction).slides[own] if contact.rubs else np.ones(len(X), dtype=np.bool_)
+    return X, n, ~slides
+
+
+def loose(
+    case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
+) -> Loose | None:
+    """What keeps a body on a mesh that supports leave free, in a state of so many unknowns; None where none is left.
+
+    Raises Fault where there is a piece that nothing can come to hold.
+    """
+    held = held_of(case, mesh, measured)
+    every = _pieces(mesh, beds)
+    free = np.array([piece for piece in every if left_free(held, piece, [])])
+    if not len(free):
+        return None
+    if not (case.contacts or any(isinstance(bed, Wandering) for bed in beds.values())):
+        raise loosely(case, "a piece of it", left_free(held, free[0], []))
+    each = np.repeat(parts.w.sum(axis=1) / mesh.cells.shape[1], mesh.cells.shape[1])
+    volumes = np.bincount(mesh.cells.ravel(), each, len(mesh.points)).astype(np.float64) * free.any(axis=0)
+    spring = WEAKEST * case.largest_young * mesh.extent
+    return Loose(held, Ground(volumes / volumes.sum(), spring, np.zeros(dofs)), free, len(every) == 1)
+
+
+def _pieces(mesh: Mesh, beds: Mapping[str, Any]) -> Bools:
+    """The nodes of each piece of a body (k, n): those that are tied are one."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(mesh.points)
+    joined = [mesh.cells, *(bed.nodes for bed in beds.values() if isinstance(bed, Tied))]
+    ends = [(np.repeat(nodes[:, 0], nodes.shape[1]), nodes.ravel()) for nodes in joined]
+    a, b = (np.concatenate(side) for side in zip(*ends, strict=True))
+    count, of = connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
+    found: Bools = of == np.arange(count)[:, None]
+    return found

@@ -1,0 +1,280 @@
+"""Building and solving a network of springs: everything here is arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem.fem_builder import mesh_of
+from softmark.interpreter.models.postprocessing import nodal_forces
+from softmark.interpreter.models.postprocessing.vibrations import about
+from softmark.interpreter.models.shared import static_result
+from softmark.interpreter.models.shared.deformed_mesh import Deformed, displacement_of
+from softmark.interpreter.models.shared.load_setup import mass_matrix, single_loads, together
+from softmark.interpreter.models.shared.mesh_based_model import OnMesh
+from softmark.interpreter.models.shared.mesh_notes import filled_notes, mesh_facts, sliver_note, volume_note
+from softmark.interpreter.models.shared.perturbed_start import Disturbance, disturbance_of, of_springs
+from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.models.shared.solid_dynamics import PreparedMotion, in_motion
+from softmark.interpreter.models.shared.support_constraints import solid_supports
+from softmark.interpreter.models.shared.support_selection import held_notes
+from softmark.interpreter.models.spring_network.spring_declaration import Calibrated, MassSpring, Uniform
+from softmark.interpreter.models.spring_network.stiffness_calibration import Fit, FitTarget, NoFit, least, target_of
+from softmark.interpreter.problem.body_case import Case, fault
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
+from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
+from softmark.solvers.linear import factorisations
+from softmark.solvers.materials.small_strain import SmallStrain
+from softmark.solvers.mesh.element_interpolation import Integration, integration
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.spring_edges import Network, network
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
+    from softmark.solvers.statics.static_equilibrium import Watch
+
+PATIENCE = 60  # Newton iterations of a trial; a network that does not collapse takes six to ten
+
+
+@dataclass(frozen=True)
+class PreparedSprings(OnMesh):
+    """A mesh, the springs along it, the static problem, and what came of fitting their stiffness."""
+
+    model: MassSpring
+    declared: Declared
+    shape: Shape
+    mesh: Mesh
+    parts: Integration
+    springs: Springs
+    problem: Statics
+    size: dict[str, int]
+    notes: tuple[Diagnostic, ...]
+    target: FitTarget | None = None
+    fit: Fit | NoFit | None = None
+    disturbance: Disturbance | None = None
+    before: Floats | None = None  # displacements of the nodes (3 n,) in the state before, m, to start from
+    applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
+    density: float = 0.0  # kg/m^3
+
+    def warm(self) -> None:
+        """Compile or load every kernel, outside the clock."""
+        with factorisations.warming(len(self.problem.assembly.pattern.indices)):
+            warm_kernels()
+
+    @property
+    def assembly(self) -> Assembly:
+        """Springs and loads over all nodes."""
+        return self.problem.assembly
+
+    def after(self, before: Moved) -> PreparedSprings:
+        """The same, to start from what it has found in the state before; what is disturbed starts as it says."""
+        return self if self.disturbance else replace(self, before=np.ravel(before.displacement))
+
+    def solve(self, watch: Watch) -> Solution:
+        """Static equilibrium from rest, or from the state before."""
+        if isinstance(self.fit, NoFit):
+            return Solution("not_converged", f"it could not be fitted: {self.fit.reason}", self.facts)
+        problem = replace(self.problem, watch=watch, start=self.before)
+        remedy = "the network may have collapsed: try a smaller load, stiffer springs or another mesh"
+        solution = static_result.solution(lambda: self._found(problem), remedy, self._finish, self._loose)
+        return replace(solution, facts=solution.facts | self.facts | mesh_facts(self.mesh))
+
+    def _found(self, problem: Statics) -> Equilibrium:
+        """From rest, or from a disturbed state. Raises NotConverged."""
+        if self.disturbance is None:
+            return equilibrium(problem)
+        cells = Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, SmallStrain(1.0, 1.0))
+        return of_springs(self.disturbance, problem, self.mesh.points, cells)
+
+    def _loose(self, d: Floats) -> str:
+        return static_result.unresisted(self.mesh.points, d.reshape(-1, 3))
+
+    def _finish(self, found: Equilibrium) -> Solution:
+        solution = static_result.found(found, displacement_of(self.mesh, found.x.reshape(-1, 3)))
+        doubts = (*self._folded(found.x), *static_result.doubts(self.declared, found))
+        modes = about(self.problem.assembly, found.x, self.mass, self.problem.linear)
+        moved = Deformed(self.mesh, found.x.reshape(-1, 3))
+        seen = replace(solution, notes=doubts, mesh=moved, vibrations=modes if found.solved else None)
+        return replace(seen, carried=cache(lambda: self._carried(found.x)))
+
+    def mass(self) -> Floats:
+        """Of the nodes (3 n,), kg."""
+        found: Floats = mass_matrix(self.mesh, self.parts, self.density, "lumped")
+        return found
+
+    def _carried(self, x: Floats) -> nodal_forces.Carried:
+        return nodal_forces.on_mesh(self.mesh, x, x, self.assembly, self.applied, small=False)
+
+    def _folded(self, x: Floats) -> tuple[Diagnostic, ...]:
+        """A warning where cells are inside out: no spring notices."""
+        H = np.einsum("mai,mqaJ->mqiJ", x.reshape(-1, 3)[self.mesh.cells], self.parts.dNdX)
+        count = int((np.linalg.det(np.eye(3) + H) <= 0).any(axis=1).sum())
+        if not count:
+            return ()
+        cells = f"{count} of {len(self.mesh.cells)} cells"
+        return (
+            diagnostic(
+                "W324",
+                self.declared.at(),
+                f"`{self.declared.name}` has {cells} inside out",
+                "folded",
+                "springs do not resist that; near those cells the displacements are those of no solid",
+            ),
+        )
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What the report says of the springs and of the fit."""
+        k = self.springs.k
+        facts: dict[str, Any] = {"springs": {"count": len(k), "least_N_per_m": float(k.min()),
+                                             "largest_N_per_m": float(k.max())}}  # fmt: skip
+        if self.target is None or self.fit is None:
+            return facts
+        trials = [{"factor": c, "value": value} for c, value in self.fit.trials]
+        fit = {"metric": self.target.name, "load": self.model.stiffness.load, "solves": len(trials),
+               "trials": trials}  # fmt: skip
+        if isinstance(self.fit, Fit):
+            fit |= {"factor": self.fit.factor, "value": self.fit.value, "unit": self.target.unit}
+        return facts | {"fit": fit}
+
+
+def warm_kernels() -> None:
+    """Compile the kernels of springs, on one of them."""
+    one = Springs(np.array([[0, 1]]), np.array([[1.0, 0.0, 0.0]]), np.ones(1))
+    small = Assembly(6, np.zeros(0, dtype=np.int64), [one], [])
+    small.gradient(np.zeros(6), 1.0)
+    small.tangent(np.zeros(6), 1.0)
+
+
+@dataclass(frozen=True)
+class MovingSprings(PreparedMotion):
+    """A network in motion; its report says of the springs what that of a network at rest does."""
+
+    static: PreparedSprings
+
+    def solve(self, watch: Watch) -> Solution:
+        """March from the start to the end."""
+        still = self.static
+        if isinstance(still.fit, NoFit):
+            return still.solve(watch)
+        solution = super().solve(watch)
+        return replace(solution, facts=solution.facts | still.facts)
+
+
+def load(model: MassSpring) -> None:
+    """Import what building needs."""
+    import softmark.solvers.mesh.structured_meshes  # noqa: F401
+
+    if isinstance(model.stiffness, Calibrated):  # its solutions are part of the preparation
+        warm_kernels()
+
+
+def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
+    """Everything that solving needs; a calibrated network is fitted. Raises Fault."""
+    mesh = mesh_of(model.solid, declared, case, workshop)
+    parts = integration(mesh)
+    springs = springs_of(model, case, mesh, network(mesh, model.diagonals))
+    problem = statics_of(case, mesh, parts, springs, workshop.measured)
+    size = {"nodes": len(mesh.points), "elements": len(springs.k), "dofs": len(problem.assembly.free)}
+    notes = (
+        *volume_note(declared, case, mesh),
+        *sliver_note(declared, model.mesh or case.shape, mesh),
+        *filled_notes(declared, case, mesh),
+        *held_notes(declared, case, mesh),
+    )
+    shape = model.mesh or case.shape
+    built = PreparedSprings(model, declared, shape, mesh, parts, springs, problem, size, notes)
+    applied = single_loads(case, mesh, parts, small=False, mass="lumped")
+    known = {"applied": (*applied,), "density": case.material.density}
+    built = replace(built, disturbance=disturbance_of(case), **known)
+    if isinstance(model.stiffness, Calibrated):
+        built = _fitted(built, case, workshop)
+    return _moving(built, case) if isinstance(case.analysis, Dynamic) else built
+
+
+def _moving(built: PreparedSprings, case: Case) -> MovingSprings:
+    """The same network with its mass at the nodes. Raises Fault."""
+    mesh, declared = built.mesh, built.declared
+    moving = in_motion(built, declared, case, mesh, built.mass(), [built.springs], [*built.applied], built.problem)
+    return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
+
+
+def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: Network) -> Springs:
+    """The springs at rest, with their stiffness before any fit."""
+    D = mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]]
+    if isinstance(model.stiffness, Uniform):
+        return Springs(net.edges, D, np.full(len(D), model.stiffness.value))
+    k = stiffness_from_modulus(case.material.young, net.weight, np.linalg.norm(D, axis=1))
+    return Springs(net.edges, D, k)
+
+
+def statics_of(case: Case, mesh: Mesh, parts: Integration, springs: Springs, measured: Mapping[str, Any]) -> Statics:
+    """The static problem: loads and supports are those of a solid on the same mesh. Raises Fault."""
+    fixed, target, way = solid_supports(case, mesh, measured)
+    dofs = mesh.points.size
+    loads = together(single_loads(case, mesh, parts, small=False, mass="lumped"), dofs)
+    return Statics(
+        Assembly(dofs, fixed, [springs], loads),
+        VectorSpace(dofs),
+        np.zeros(dofs),
+        fixed,
+        target,
+        case.analysis.tolerance,
+        case.analysis.max_iterations,
+        extent=mesh.extent,
+        path=case.analysis.path,
+        way=way,
+    )
+
+
+# ------------------------------------------------------------------ fitting
+
+
+def _fitted(built: PreparedSprings, case: Case, workshop: Workshop) -> PreparedSprings:
+    """The network with its stiffness times the best factor. Raises Fault."""
+    if workshop.scene is None:
+        raise fault("E521", built.declared.at("stiffness"), f"`{built.declared.name}` has no scene to be fitted to")
+    target = target_of(workshop.scene, built.declared, case, workshop.measured)
+    trial = statics_of(target.case, built.mesh, built.parts, built.springs, workshop.measured)
+    fit = least(lambda factor: _error(factor, built, trial, target))
+    if isinstance(fit, NoFit):
+        return replace(built, target=target, fit=fit)
+    springs = replace(built.springs, k=fit.factor * built.springs.k)
+    problem = replace(built.problem, assembly=built.problem.assembly.with_internal([springs]))
+    return replace(built, springs=springs, problem=problem, target=target, fit=fit)
+
+
+def _error(factor: float, built: PreparedSprings, trial: Statics, target: FitTarget) -> float | None:
+    """The metric with a factor on the stiffness, None where there is no equilibrium within PATIENCE iterations."""
+    springs = replace(built.springs, k=factor * built.springs.k)
+    assembly = trial.assembly.with_internal([springs])
+    try:
+        found = equilibrium(replace(trial, assembly=assembly, watch=_Patience().watch))
+    except NotConverged:
+        return None
+    return target.measure(displacement_of(built.mesh, found.x.reshape(-1, 3)))
+
+
+@dataclass
+class _Patience:
+    """Ends a trial whose network is collapsing, which can take hundreds of iterations to find out."""
+
+    iterations: int = 0
+
+    def watch(self, iteration: Iteration) -> None:
+        """Count. Raises NotConverged after PATIENCE iterations."""
+        self.iterations += 1
+        if self.iterations > PATIENCE:
+            raise NotConverged("the network seems to collapse")

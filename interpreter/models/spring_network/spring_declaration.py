@@ -1,0 +1,193 @@
+"""Networks of springs, and where their stiffness comes from.
+
+To add a rule for the stiffness: a class here, a line in STIFFNESSES, a case in `springs.stiffness_of`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem import solver_options
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.shared.model_declaration import Model
+from softmark.records import dataclass
+from softmark.solvers.elements import element_of
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.interpreter.results.run_report import ModelKind
+    from softmark.solvers.mesh.shape import Shape
+
+CAUCHY = 0.25  # Poisson's ratio of every isotropic network of springs
+FAR = 0.05  # from it: then the material is another one
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """One stiffness for all springs, whatever their length.
+
+    The body's modulus then depends on the mesh: in a lattice of cubes of edge a it is 5 k / 2a.
+    """
+
+    value: Annotated[float, "N/m in (0, inf)", "force per stretch of every spring"]
+
+
+@dataclass(frozen=True)
+class FromMaterial:
+    """Stiffness from Young's modulus, with no free factor.
+
+    Tetrahedra: k = E V / l^2, V the volume of the cells around an edge (Van Gelder 1998, J. Graphics Tools 3(2):21):
+    right on average, where springs point equally in all directions. Hexahedra: what makes each cell as isotropic as
+    springs can. For cubes of edge a that is k = 2 E a / 5 on edges and face diagonals; with body diagonals 3 E a / 5 on
+    edges, E a / 5 on face and 3 E a / 20 on body diagonals. Poisson's ratio is not used: a network has its own, 1/4.
+    """
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """Stiffness from the material times one factor, which makes a metric least at a part of the load.
+
+    The fit sees the loads, the imposed displacements and the reference at `load` of their full size; the report judges
+    the model at full load, which the fit has not seen. The reference must be one that can be solved for a smaller
+    load, such as `simo_reissner`. What was measured is known at full load only: with `load = 100 %`, fit and judgement
+    share their data, and a warning says so.
+    """
+
+    metric: Annotated[str, "metric", "what the factor makes least: an error against a reference"]
+    load: Annotated[float, "1 in (0, 1]", "part of the load at which it is fitted"] = 0.5
+
+
+STIFFNESSES: dict[str, type[Any]] = {
+    "uniform": Uniform,
+    "from_material": FromMaterial,
+    "calibrated": Calibrated,
+}
+
+
+@dataclass(frozen=True)
+class MassSpring(Model):
+    """Masses at the nodes of a mesh, linear springs between them.
+
+    Springs run along the edges of tetrahedra, or along the edges and diagonals of hexahedra; the energy of one is
+    k/2 (l - l0)^2. Of the material they take the density and, unless their stiffness is given, Young's modulus. A
+    network of springs that is alike in all directions has a Poisson's ratio of 1/4 and no other (the Cauchy relation),
+    and does not resist being turned inside out. Between nodes displacements are those of the cell.
+    Source: Provot (1995); Van Gelder (1998); for the lattice Love (1906), note B.
+    """
+
+    recovers = True
+    finely = ("size",)
+
+    stiffness: Annotated[Any, "stiffness", "how stiff its springs are, such as `uniform(120 N/m)` or `from_material()`"]
+    size: Annotated[float | None, "m in (0, inf)", "edge length that the mesh aims at"] = None
+    network: Annotated[Literal["tet4", "hex8"], "cells whose edges are springs"] = "tet4"
+    diagonals: Annotated[
+        Literal["faces", "all"], "of hexahedra: springs across their faces, or across the body as well"
+    ] = "all"
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    mesh: Annotated[Any | None, "shape", "a mesh from a file in place of one made of the body's shape"] = None
+
+    @property
+    def solid(self) -> Fem:
+        """Finite elements on the same mesh, which share it, its supports and its loads."""
+        return Fem(self.network, "corotational", self.size, self.body, self.mesh)
+
+    @property
+    def own_mesh(self) -> Shape | None:
+        """A mesh from a file in place of one that is made of the body's shape."""
+        return self.mesh
+
+    def mesh_words(self, case: Case) -> str:
+        """Its mesh in words."""
+        return self.solid.mesh_words(case)
+
+    def mesh_key(self) -> tuple[Any, ...]:
+        """What two models of a body must agree in to share a mesh."""
+        return self.solid.mesh_key()
+
+    def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against this model of this case."""
+        found = [
+            *self.refusals(declared, case),
+            self.solid.one_mesh(declared, case),
+            *solver_options.sized(self.solid, declared, case),
+            self._cauchy(declared, case),
+            self._law(declared, case),
+            self._same(declared),
+            self.solid.coarse(declared, case),
+        ]
+        return [d for d in found if d is not None]
+
+    def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
+        """What speaks against fitting it in this scene."""
+        if not isinstance(self.stiffness, Calibrated):
+            return []
+        from softmark.interpreter.models.spring_network.stiffness_calibration import doubts
+
+        return doubts(scene, declared, case)
+
+    def _cauchy(self, declared: Declared, case: Case) -> Diagnostic | None:
+        nu = case.largest_poisson
+        if abs(nu - CAUCHY) <= FAR + 1e-12:
+            return None
+        return diagnostic(
+            "W321",
+            declared.at(),
+            f"springs have a Poisson's ratio of 0.25, and the material of `{case.body.name}` has {nu:g}",
+            "another material",
+            "springs obey the Cauchy relation, which no stiffness mends; `fem(...)` takes any Poisson's ratio",
+        )
+
+    def _law(self, declared: Declared, case: Case) -> Diagnostic | None:
+        if case.material.finite_law() is None:
+            return None
+        return diagnostic(
+            "W322",
+            declared.at(),
+            f"`{declared.name}` does not know the law of the material of `{case.body.name}`",
+            "linear springs",
+            "of the material springs take Young's modulus at rest alone; in large strain they go their own way",
+        )
+
+    def _same(self, declared: Declared) -> Diagnostic | None:
+        if not isinstance(self.stiffness, Calibrated) or self.stiffness.load < 1.0:
+            return None
+        return diagnostic(
+            "W323",
+            declared.at("stiffness"),
+            f"`{declared.name}` is fitted to what it is judged by",
+            "at full load",
+            f"`{self.stiffness.metric}` of this model says how well one factor fits, and not how well it predicts;"
+            " fit at `load = 50 %`",
+        )
+
+    def outline(self, case: Case) -> str:
+        """One line for the plan."""
+        return f"{self.mesh_words(case)}, {self._words}"
+
+    def kind(self, case: Case) -> ModelKind | None:
+        """What it is but for its size."""
+        solid = self.solid.kind(case)
+        return None if solid is None else replace(solid, words=f"{self.network}, {self._words}")
+
+    @property
+    def _words(self) -> str:
+        across = f" with diagonals of {self._across}" if element_of(self.network).diagonals[0] else ""
+        return f"springs{across}: {self._rule}"
+
+    @property
+    def _across(self) -> str:
+        return "faces" if self.diagonals == "faces" else "faces and body"
+
+    @property
+    def _rule(self) -> str:
+        match self.stiffness:
+            case Uniform(value=k):
+                return f"{k:g} N/m each"
+            case Calibrated(metric=metric, load=load):
+                return f"fitted to {metric} at {100 * load:g} % of the load"
+        return "stiffness from the material"

@@ -1,0 +1,244 @@
+"""Fitting the one factor of a calibrated network on a part of the load, and what that needs of a scene.
+
+doubts     what of a scene cannot be fitted to, known before anything is built
+target_of  the metric, the reference and the points as they are at a part of the load
+least      the factor that makes an error least
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import field, replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.problem.body_case import Case, Fault, body_of, fault
+from softmark.interpreter.vocabulary.analysis_words import Static
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.references.measured_data import Measured
+
+    Floats = NDArray[np.float64]
+    Field = Callable[[Floats], Floats]
+
+STRIDE = 0.5  # of the logarithm of the factor, between the trials that bracket its best value
+REACH = 4.5  # of that logarithm: factors from 1/90 to 90
+CLOSE = 1e-3  # how well the logarithm of the factor is found
+UNUSABLE = 1e30  # error of a factor with which there is no equilibrium
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best factor, the metric there, and every trial as (factor, metric or None without an equilibrium)."""
+
+    factor: float
+    value: float
+    trials: tuple[tuple[float, float | None], ...]
+
+
+@dataclass(frozen=True)
+class NoFit:
+    """No factor could be fitted: why, and the trials."""
+
+    reason: str
+    trials: tuple[tuple[float, float | None], ...]
+
+
+@dataclass(frozen=True)
+class FitTarget:
+    """What a fit makes least: `metric` over a field of displacements of `case`, the case at the part of the load."""
+
+    case: Case
+    metric: Declared
+    measure: Callable[[Field], float]
+
+    @property
+    def name(self) -> str:
+        """The metric's name."""
+        return self.metric.name
+
+    @property
+    def unit(self) -> str:
+        """The metric's unit."""
+        unit: str = self.metric.thing.unit
+        return unit
+
+
+# ------------------------------------------------------------------ what a scene can be fitted to
+
+
+def doubts(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
+    """Errors of a calibrated model: a metric without a reference, of another body, or known at full load only."""
+    try:
+        _checked(scene, model, case)
+    except Fault as found:
+        return [found.diagnostic]
+    return []
+
+
+def _checked(scene: Scene, model: Declared, case: Case) -> tuple[Declared, Declared, Declared]:
+    """Metric, probe and reference of a calibrated model. Raises Fault."""
+    calibrated, at = model.thing.stiffness, model.at("stiffness")
+    metric = scene.declared[calibrated.metric]
+    names = [metric.thing.looked_at, metric.thing.measured_from]
+    if None in names:
+        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{metric.name}`",
+                    "compares with no reference" if names[1] is None else "looks at no probe",
+                    "take a metric that is an error against a reference, such as `energy_norm(...)`")  # fmt: skip
+    probe, reference = (scene.declared[str(name)] for name in names)
+    if {probe.thing.body, body_of(scene, reference)} != {case.body.name}:
+        raise fault("E505", at, f"`{model.name}` is about `{case.body.name}`, and `{metric.name}` is not",
+                    "different bodies",
+                    f"fit to a metric whose probe and reference are of `{case.body.name}`")  # fmt: skip
+    _scalable(model, reference, case)
+    return metric, probe, reference
+
+
+def _scalable(model: Declared, reference: Declared, case: Case) -> None:
+    """Raise a Fault where the reference, or what moves the body, is not known at the part of the load."""
+    load, at = model.thing.stiffness.load, model.at("stiffness")
+    how = "computed" if reference.kind == "model" else reference.thing.how
+    if how not in ("solved", "measured"):
+        what = {"computed": "a model", "refined": "refines models", "scanned": "scans a model"}[how]
+        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
+                    what, "models are computed after the fit; take a metric against another reference")  # fmt: skip
+    if reference.thing.registered == "icp":
+        raise fault("E521", at, f"`{model.name}` cannot be fitted to `{reference.name}`",
+                    "moved onto each computed surface", "register it by `clamp`, or not at all")  # fmt: skip
+    if load == 1.0:
+        return
+    part = units.show(load, units.NONE)
+    if how != "solved":
+        raise fault("E521", at, f"`{reference.name}` was measured under the full load, not at {part} of it",
+                    "not known there",
+                    "fit to a reference that can be solved, such as `simo_reissner(...)`, or at"
+                    " `load = 100 %`")  # fmt: skip
+    for support in case.supports:
+        if support.thing.tracked is not None:
+            raise fault("E521", at, f"the motion of `{support.name}` was measured at full load, not at {part} of it",
+                        "not known there", "fit at `load = 100 %`")  # fmt: skip
+
+
+# ------------------------------------------------------------------ the same case at a part of the load
+
+
+def scaled(case: Case, part: float) -> Case:
+    """The case at rest with every load and every imposed displacement at a part of its full size."""
+    loads = tuple(_scaled(d, part) for d in case.loads)
+    supports = tuple(_scaled(d, part) for d in case.supports)
+    analysis = case.analysis if isinstance(case.analysis, Static) else Static()  # a fit is made at rest
+    return replace(case, loads=loads, supports=supports, analysis=analysis)
+
+
+def _scaled(declared: Declared, part: float) -> Declared:
+    return replace(declared, thing=declared.thing.part(part))
+
+
+def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> FitTarget:
+    """What the fit of a calibrated model makes least; `measured` is what has been read, by reference. Raises Fault."""
+    from softmark.interpreter.metrics.metric_evaluation import measured_by
+    from softmark.interpreter.problem.probe_points import place_of
+
+    metric, probe, reference = _checked(scene, model, case)
+    part = scaled(case, model.thing.stiffness.load)
+    data = _data(reference, measured, model)
+    place = place_of(probe, case, lambda name: _data(scene.declared[name], measured, model).X)
+    known = _known(reference, data, part, place.X)
+
+    def measure(displacement: Field) -> float:
+        from softmark.interpreter.metrics.measurement import Seen
+
+        u = displacement(place.X)
+        seen = Seen(model.name, part, place.X, u, place.triangles, place.weights, known, displacement)
+        return measured_by(metric.thing, seen).value
+
+    return FitTarget(part, metric, measure)
+
+
+def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> Any:
+    """What a measured reference holds, as the run has read it; None of one that is solved. Raises Fault."""
+    if reference.thing.how != "measured":
+        return None
+    if reference.name not in measured:
+        problem = f"`{model.name}` is fitted to `{reference.name}`, which could not be read"
+        raise fault("E406", model.at("stiffness"), problem, help="the report of the reference says why")
+    return measured[reference.name]
+
+
+def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
+    """The reference at the points of the probe, as a metric takes it."""
+    from softmark.interpreter.metrics.measurement import Known
+    from softmark.interpreter.problem.theory_problems import solved
+    from softmark.references.measured_data import MeasuredSurface
+
+    if data is None:
+        line = solved(reference, part)
+        return Known(reference.name, line.displacement(X), line.displacement)
+    if isinstance(data, MeasuredSurface):
+        return Known(reference.name, surface=data, uncertainty=data.resolution)
+    return Known(reference.name, data.displacement(X), uncertainty=data.uncertainty)
+
+
+# ------------------------------------------------------------------ the factor
+
+
+@dataclass
+class _Trials:
+    """The error at logarithms of the factor, each computed once."""
+
+    error: Callable[[float], float | None]
+    found: dict[float, float] = field(default_factory=dict)
+
+    def __call__(self, s: float) -> float:
+        s = float(s)
+        if s not in self.found:
+            value = self.error(math.exp(s))
+            self.found[s] = UNUSABLE if value is None or not math.isfinite(value) else value
+        return self.found[s]
+
+    @property
+    def listed(self) -> tuple[tuple[float, float | None], ...]:
+        """(factor, error or None) in the order of the factors."""
+        return tuple((math.exp(s), None if e >= UNUSABLE else e) for s, e in sorted(self.found.items()))
+
+
+def least(error: Callable[[float], float | None]) -> Fit | NoFit:
+    """The factor with the least error, None where the error is not known: strides to bracket it, then Brent (1973)."""
+    from scipy.optimize import minimize_scalar
+
+    at = _Trials(error)
+    start = 0.0
+    while at(start) >= UNUSABLE and start < REACH:  # too soft a network collapses
+        start += STRIDE
+    if at(start) >= UNUSABLE:
+        return NoFit("there is no equilibrium with any factor that was tried", at.listed)
+    middle = _lowest(at, start)
+    minimize_scalar(at, bounds=(middle - STRIDE, middle + STRIDE), method="bounded", options={"xatol": CLOSE})
+    best = min(at.found, key=at.found.__getitem__)
+    order = sorted(at.found)
+    beside = (order[i] for i in (order.index(best) - 1, order.index(best) + 1) if 0 <= i < len(order))
+    if any(at.found[s] >= UNUSABLE for s in beside):
+        reason = f"the metric falls towards factors near {math.exp(best):.2g}, with which no equilibrium was found"
+        return NoFit(reason, at.listed)
+    if abs(best) > REACH:
+        end = f"the metric only falls towards a factor of {math.exp(best):.2g}, the end of the range"
+        return NoFit(f"{end}; look at what is compared", at.listed)
+    return Fit(math.exp(best), at.found[best], at.listed)
+
+
+def _lowest(at: _Trials, start: float) -> float:
+    """A stride from which both neighbours are worse, or the end of the range."""
+    for step in (STRIDE, -STRIDE):
+        s = start
+        while abs(s) <= REACH and at(s + step) < at(s):
+            s += step
+        if s != start:
+            return s
+    return start

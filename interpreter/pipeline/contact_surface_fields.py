@@ -1,0 +1,51 @@
+"""What contacts do on the surface of a model, for pictures: of scenes that ask for it, and only then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.metrics.contact import OfContact
+from softmark.interpreter.results.run_report import CarriedNumber
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.problem.solution import View
+
+    Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+WORDS = {  # of numbers of a contact: what each is called, and its unit
+    "pressure": ("pressure of {}", "Pa"),
+    "slip": ("slip of {}", "m"),
+    "sticks": ("grip of {}, 100 % where it sticks and −100 % where it slides", "1"),
+}
+
+
+def _asked(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
+    """Metrics by the contact and the number of it that they ask for."""
+    found: dict[tuple[str, str], list[Declared]] = {}
+    for metric in scene.of_kind("metric").values():
+        if isinstance(metric.thing, OfContact):
+            for number in metric.thing.numbers:
+                found.setdefault((metric.thing.of, number), []).append(metric)
+    return found
+
+
+def colours_of_contacts(scene: Scene, view: View, X: Floats) -> Iterator[CarriedNumber]:
+    """What contacts of the body of a model do at points X (n, 3) of its surface: nothing where they do not touch."""
+    own = {*(touch.name for touch in view.case.contacts), *(pair.name for pair in view.case.pairs)}
+    touches = {} if view.at_rest is None else view.at_rest.touches
+    for (contact, number), metrics in _asked(scene).items():
+        if contact not in own:
+            continue
+        words, unit = WORDS[number]
+        known = CarriedNumber(words.format(contact), unit, tuple(m.name for m in metrics), partly=True)
+        field: Any = touches[contact].field if contact in touches else None  # of a model: it has values at nodes
+        if field is None or number not in field.at_nodes:
+            yield replace(known, reason=f"nothing is known of `{contact}` from place to place")
+            continue
+        values = np.nan_to_num(field.values(number, X))
+        yield replace(known, values=values, size=float(np.abs(values).max(initial=0.0)))

@@ -1,0 +1,260 @@
+"""Models of a run: prepared, solved, looked at again, and asked what error they state."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import cache
+from operator import add
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import SceneError
+from softmark.interpreter.language.plugin_words import blamed
+from softmark.interpreter.models.model_preparation import prepared_model
+from softmark.interpreter.models.postprocessing.mesh_stress import stressed
+from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
+from softmark.interpreter.models.shared import interaction_setup
+from softmark.interpreter.models.shared.material_regions import facts, of_cells
+from softmark.interpreter.models.shared.prepared_model import Moved, Prepared, Solution, Workshop
+from softmark.interpreter.pipeline import cached_results, probe_sampling
+from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.problem.body_case import Case, Fault
+from softmark.interpreter.problem.probe_points import seen_finite
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.problem.surface_selection.load_resultants import doubts, resultants
+from softmark.interpreter.results.reaction_results import AtRest, Touched
+from softmark.interpreter.results.run_report import ModelResult, Timing
+from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, percent
+from softmark.interpreter.verification.force_verification import watched
+from softmark.interpreter.verification.selection_error import reactions
+from softmark.interpreter.verification.stress_warnings import asks, unresolved
+from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.runtime import parallel_compilation
+
+if TYPE_CHECKING:
+    from softmark.solvers.statics.static_equilibrium import Iteration
+
+NEAR_REST = 1e-4  # of what nodes moved by in the state before: one that moves by less is solved from rest
+
+
+def prepare(work: Work) -> None:
+    """Build every model; report everything that cannot be built at once. Raises SceneError."""
+    faults, workshop = [], Workshop(meshes=work.meshes, scene=work.scene, measured=work.measured)
+    for name in work.plan.models:
+        work.about = "prepare", name
+        if cached_results.begun(work, name):
+            continue
+        declared = work.scene.declared[name]
+        case = work.case(declared)
+        work.options.say("prepare", f"{name}{work.where}")
+        try:
+            prepared, spent = prepared_model(declared, case, workshop)
+            work.prepared[name] = (prepared, *spent)
+            probe_sampling.must_be_inside(work, case.body.name, prepared)
+        except Fault as error:
+            faults.append(error.diagnostic)
+        else:
+            work.warn(prepared.notes)
+    if faults:
+        raise SceneError(list(dict.fromkeys(faults)))
+
+
+def solve(work: Work, name: str) -> None:
+    """Solve a model and keep what came of it."""
+    work.about = "solve", name
+    if cached_results.ended(work, name):
+        return
+    case = work.case(declared := work.scene.declared[name])
+    prepared, setup, setup_cpu = work.prepared[name]
+    solution, wall, cpu = _begun(work, name, prepared)
+    case = interaction_setup.gone(case, solution.mesh)
+    solution = stressed(work.scene, declared, case, watched(work.scene, declared, case, prepared, solution))
+    history = solution.history
+    known = facts(case, prepared.mesh) | _body(case, prepared) | _filled(case, prepared)
+    solution = replace(solution, facts=solution.facts | known)
+    basis, most = ("", False) if solution.spent is None else (solution.spent.basis, solution.spent.most)
+
+    def timed(seconds: list[float]) -> Timing:
+        return Timing(tuple(seconds), basis, most)
+
+    clock = {
+        "setup_s": Timing((setup,)),
+        "solve_s": timed(wall) if wall and declared.thing.timed else None,
+        "step_s": Timing(history.step_s) if history and history.step_s else None,
+        "setup_cpu_s": Timing((setup_cpu,)),
+        "solve_cpu_s": timed(cpu) if cpu and declared.thing.timed else None,
+    }
+    seen = {}
+    if solution.displacement is not None:
+        seen = probe_sampling.look(work, case.body.name, solution.displacement, history)
+        if not all(map(seen_finite, seen.values())):
+            reason, seen = "the displacements are not finite numbers", {}
+            solution = Solution("failed", reason, solution.facts, notes=solution.notes)
+    rest = at_rest(declared, case, prepared, solution)
+    work.warn(doubts(case, declared, loads := resultants(case, prepared)), here=solution.notes)
+    message = solution.message if solution.displacement is None else None
+    work.views[name] = View(
+        name,
+        case.body.name,
+        case,
+        message or (None if solution.displacement else "it was not computed"),
+        solution.displacement,
+        seen,
+        probe_sampling.weights(work, case.body.name),
+        probe_sampling.domains(work, case.body.name),
+        clock=clock,
+        history=solution.history,
+        solve=solution.facts,
+        stress=solution.stress,
+        at_rest=rest,
+        step_errors=solution.step_errors and cache(solution.step_errors),
+        vibrations=solution.vibrations,
+    )
+    work.warn(unresolved(work.scene, work.views[name], prepared), once=True)
+    if solution.step_errors is not None and solution.displacement is not None:
+        from softmark.interpreter.verification.motion_errors import step_doubts
+
+        work.warn((), here=step_doubts(work.scene, declared, work.views[name], solution.notes))
+    if case.contacts:
+        from softmark.interpreter.verification.contact_warnings import contradicted, cut_in, held_off
+
+        metrics = [metric.thing for metric in work.scene.of_kind("metric").values()]
+        cut = cut_in(declared, case, rest, prepared.mesh, solution.facts)
+        work.warn((), here=(*cut, *contradicted(declared, rest, metrics), *held_off(declared, case, rest)))
+    outline, kind = declared.thing.outline(case), declared.thing.kind(case)
+    held = reactions(case, prepared, rest)
+    found = (solution.status, solution.message, outline, prepared.size, solution.facts, clock, seen)
+    work.models[name] = ModelResult(name, *found, mesh=solution.mesh, loads=loads, reactions=held, kind=kind,
+                                    contacts=touched(case, prepared, rest, solution.facts),
+                                    stress=solution.stress if solution.mesh and asks(work.scene) else None,
+                                    constants=of_cells(case, solution.mesh))  # fmt: skip
+
+
+def touched(case: Case, prepared: Prepared, rest: AtRest, facts: Mapping[str, Any]) -> dict[str, Touched]:
+    """What a report says of contacts, by name."""
+    if not rest.touches:
+        return {}
+    from softmark.interpreter.verification.contact_error import beyond
+    from softmark.interpreter.verification.contact_warnings import shares
+
+    checks, taken = (facts.get("checks") or {}).get("contact") or {}, shares(case, prepared.mesh)
+    return {
+        name: Touched(
+            touch, rest.reactions[name], (checks.get(name) or {}).get("overlap"), taken.get(name), beyond(touch)
+        )
+        for name, touch in rest.touches.items()
+    }
+
+
+def _begun(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
+    """The solution, from that of the state before where there is one; none where that has no answer.
+
+    A state that turns out to be next to rest is solved again from there.
+    """
+    if work.before is None or work.before.state is None:
+        return _timed(work, name, prepared)
+    before = work.before.models[name]
+    if before.status not in ANSWERED:
+        return Solution("skipped", f"the state before it, {percent(work.before.state)}, has no answer", {}), [], []
+    if before.mesh is None:
+        return _timed(work, name, prepared)
+    begun = prepared.after(before.mesh)
+    found, wall, cpu = _timed(work, name, begun)
+    if begun is prepared or not _at_rest_again(found, before.mesh):
+        return found, wall, cpu
+    again, more, cpu_more = _timed(work, name, prepared)
+    return again, list(map(add, wall, more)), list(map(add, cpu, cpu_more))
+
+
+def _at_rest_again(found: Solution, before: Moved) -> bool:
+    """Whether a state is next to nothing beside the one before: what that leaves of rounding would be large in it."""
+    if found.mesh is None:
+        return False
+    now, then = (float(np.abs(moved.displacement).max(initial=0.0)) for moved in (found.mesh, before))
+    return now <= NEAR_REST * then
+
+
+def _body(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """What a mesh has of a body whose surface is known; nothing is imported for others, nor without a mesh."""
+    if case.shape.skin is None or prepared.mesh is None:
+        return {}
+    from softmark.interpreter.models.shared.mesh_notes import space_facts
+
+    return space_facts(case.shape, prepared.mesh)
+
+
+def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
+    """How the mesh of a filled surface stands to it; nothing of another body, and nothing is imported for it."""
+    if not isinstance(case.shape, Enclosed):
+        return {}
+    from softmark.interpreter.models.shared import filled_mesh_notes
+
+    return filled_mesh_notes.facts(case.shape, prepared.mesh)
+
+
+def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[float], list[float]]:
+    """The solution, and wall and CPU seconds of each repetition; kernels are ready before the clock starts."""
+    wall: list[float] = []
+    cpu: list[float] = []
+    solution = Solution("failed", "not run", {})
+
+    def watch(iteration: Iteration) -> None:
+        work.options.say(
+            "solve",
+            f"{name}{work.where}: {iteration.phase}, iteration {iteration.number + 1},"
+            f" residual {iteration.residual:.1e}",
+        )
+
+    try:
+        _warm(work, name, prepared)
+        for _ in range(work.options.repeat):
+            start = time.perf_counter(), time.process_time()
+            solution = prepared.solve(watch)
+            if solution.status in LEFT_OUT:
+                return solution, [], []
+            spent = solution.spent
+            wall.append(spent.wall_s if spent else time.perf_counter() - start[0])
+            cpu.append(spent.cpu_s if spent else time.process_time() - start[1])
+    except Exception as error:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        what = (
+            "out of memory" if isinstance(error, MemoryError) else blamed(error) or f"{type(error).__name__}: {error}"
+        )
+        return Solution("failed", f"the solver stopped with an error ({what})", {}), wall, cpu
+    return solution, wall, cpu
+
+
+def _warm(work: Work, name: str, prepared: Prepared) -> None:
+    kernels: Any = sys.modules.get("softmark.solvers.runtime.kernel_cache")
+    cold = not work.compiling and kernels is not None and not kernels.compiled()
+    work.compiling |= cold
+    say, begin, before = work.options.say, time.perf_counter(), kernels.made() if kernels else 0
+    say("compile", "compiling kernels, once for this version") if cold else say("solve", name)
+    with parallel_compilation.asked(work.options.beside and cold):
+        prepared.warm()
+    if work.compiling and kernels and kernels.made() > before:
+        say("compiled", f"compiling kernels: {kernels.made() - before}, {time.perf_counter() - begin:.0f} s")
+
+
+def state(work: Work, names: Iterable[str]) -> None:
+    """Have models state the error of their answers: at a cost those that are asked, at none the others if `free`."""
+    asked = () if work.options.stated is None else work.options.stated or tuple(work.models)
+    if not asked and not work.options.free:
+        return
+    from softmark.interpreter.verification.error_estimate import stated
+
+    for name in list(names):
+        result = work.models[name]
+        if name not in work.taken and not result.stated and (name in asked or work.options.free):
+            work.options.say("state", f"the error of {name}{work.where}")
+            declared, prepared, view = work.scene.declared[name], work.prepared[name][0], work.views[name]
+            known = work.measured, work.warnings, work.views
+            before = [(w.views[name], w.models[name].stated) for w in work.earlier]
+            said = stated(work.scene, declared, view, prepared, result, *known, name in asked, before)
+            work.models[name] = replace(result, stated=said)

@@ -1,0 +1,76 @@
+"""Probes: their points, found before anything is solved, and what a field of displacements is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import SceneError
+from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.models.shared.prepared_model import Prepared
+from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.problem.body_case import Fault, fault
+from softmark.interpreter.problem.probe_domains import ProbeDomain
+from softmark.interpreter.results.motion_history import History
+from softmark.interpreter.results.run_report import ProbeResult
+
+
+def place(work: Work) -> None:
+    """Find the points of every probe; report all that cannot be found. Raises SceneError."""
+    plan, faults, work.about = work.plan, [], ("place", "")
+    bodies = {work.case(work.scene.declared[name]).body.name: None for name in (*plan.models, *plan.references)}
+    for probe in (probe for body in bodies for probe in work.probes(body)):
+        try:
+            work.warn(work.place(probe).notes)
+        except Fault as error:
+            faults.append(error.diagnostic)
+    if faults:
+        raise SceneError(list(dict.fromkeys(faults)))
+
+
+def must_be_inside(work: Work, body: str, prepared: Prepared) -> None:
+    """Refuse probes outside a mesh that was read from a file (shapes of our own are checked exactly). Raises Fault."""
+    for probe in work.probes(body):
+        if probe.thing.stations is None:
+            continue
+        if (distance := prepared.outside(work.place(probe).X)) > 0:
+            field = "at" if "at" in probe.fields else "to"
+            raise fault(
+                "E504",
+                probe.at(field),
+                f"`{probe.name}` looks at a point {units.show(distance, units.LENGTH)} outside `{body}`",
+                "not in the body",
+                "give coordinates of the undeformed body",
+            )
+
+
+def look(
+    work: Work, body: str, displacement: Callable[[Any], Any], history: History | None = None
+) -> dict[str, ProbeResult]:
+    """What the probes of a body see of a field of displacements, and of its motion."""
+    found = {}
+    for probe in work.probes(body):
+        place = work.place(probe)
+        times = course = None
+        if history is not None and place.triangles is None and place.weights is None:
+            times, course = history.times, np.asarray(history.displacement(place.X))
+        u = np.asarray(displacement(place.X))
+        found[probe.name] = ProbeResult(place.X, u, times, course, place.triangles)
+    return found
+
+
+def weights(work: Work, body: str) -> dict[str, np.ndarray]:
+    """Of the points of probes that have some."""
+    places = {p.name: work.place(p) for p in work.probes(body)}
+    return {name: place.weights for name, place in places.items() if place.weights is not None}
+
+
+def domains(work: Work, body: str) -> dict[str, ProbeDomain]:
+    """The domains of the probes of a body at which metrics of stress or strain look."""
+    asked = {
+        metric.thing.probe for metric in work.scene.of_kind("metric").values() if isinstance(metric.thing, OfTensors)
+    }
+    return {probe.name: work.domain(probe) for probe in work.probes(body) if probe.name in asked}

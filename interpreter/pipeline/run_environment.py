@@ -1,0 +1,78 @@
+"""What a report says of its scene and of the machine: all that is needed to repeat it."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from datetime import datetime
+from functools import cache
+from typing import Any
+
+from softmark.grammar.diagnostic import Source, encodable
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.expression_evaluation import Quantity
+from softmark.interpreter.language.scene_sources import standard_name
+from softmark.solvers.runtime.parallel_compilation import processors
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """Title, file, digest, text and parameters of a scene."""
+    source: Source = scene.source
+    parameters = {}
+    for name, p in scene.parameters.items():
+        value = p.value.value if isinstance(p.value, Quantity) else list(p.value.values)
+        parameters[name] = {"value": value, "unit": units.si(p.value.dimension), "text": p.text}
+    return {
+        "title": scene.title,
+        "file": encodable(scene.path or source.name),
+        "standard": standard_name(scene.path),
+        "sha256": hashlib.sha256(source.text.encode()).hexdigest(),
+        "parameters": parameters,
+        "text": source.text,
+        "published": [
+            {"metric": column.thing.metric, "source": column.thing.source}
+            for column in scene.of_kind("published").values()
+        ],
+        "overridden": sorted(n for n, p in scene.parameters.items() if p.overridden),
+        "overrides": list(scene.overrides),
+    } | _plugins(scene)
+
+
+def _plugins(scene: Scene) -> dict[str, Any]:
+    """Whose words it could take besides ours; nothing where there are none."""
+    named = scene.table.vocabulary.plugins if scene.table else ()
+    told = [{"name": p.name, "file": encodable(p.file), "sha256": p.sha256} for p in named]
+    return {"plugins": told} if told else {}
+
+
+def environment(started: datetime) -> dict[str, Any]:
+    """What a number may depend on besides the scene."""
+    import softmark
+
+    return {
+        "softmark": softmark.__version__,
+        "python": platform.python_version(),
+        **_versions(),
+        "platform": platform.platform(),
+        "cpu": _cpu(),
+        "threads": processors(),
+        "started": started.isoformat(timespec="seconds"),
+    }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Of the numerical libraries; read once, for a report is made after every model and reading takes milliseconds."""
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("numpy", "scipy", "numba")}
+
+
+@cache
+def _cpu() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
+    except OSError:
+        return platform.processor() or "unknown"

@@ -1,0 +1,61 @@
+"""What a report says of the names of a scene."""
+
+from __future__ import annotations
+
+from softmark.interpreter.language.compiled_scene import RIGID, Declared, Scene, rigid
+from softmark.interpreter.language.expectation_conditions import metrics_in
+from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.results.declarations import Named, Names
+from softmark.interpreter.vocabulary.load_words import Gravity
+from softmark.interpreter.vocabulary.support_words import Symmetric
+
+SUMS = ("N", "N*m", "J", "m^2", "m^3")  # what is that of the part which a scene has, and of the whole more
+PARTS = {1: "half", 2: "quarter", 3: "eighth"}  # by how many planes of symmetry cut a body
+
+
+def names_of(scene: Scene) -> Names:
+    """Those that the scene's own text declares, not those from `use`."""
+    own = {name: declared for name, declared in scene.declared.items() if "." not in name}
+    pulls = (d.thing.direction for d in own.values() if isinstance(d.thing, Gravity))
+    down = next(pulls, Names.down)
+    return Names({name: _named(scene, declared) for name, declared in own.items()}, _expected(scene), down)
+
+
+def _named(scene: Scene, declared: Declared) -> Named:
+    thing, body, metric, stiff = declared.thing, None, declared.kind == "metric", rigid(declared)
+    if "body" in declared.fields:
+        body = thing.body
+    return Named(
+        RIGID if stiff else declared.kind, declared.constructor.name, declared.location.span.line,
+        declared.constructor.summary, body,
+        thing.probe_in(scene) if metric else None, thing.measured_from if metric else None,
+        _poisson(scene, thing.material) if declared.kind == "body" and not stiff else None,
+        _part(scene, declared) if metric else "",
+    )  # fmt: skip
+
+
+def _part(scene: Scene, metric: Declared) -> str:
+    """`the quarter of layer that is modelled`, of a metric that is a sum over it; "" where that is the whole."""
+    thing = metric.thing
+    if not isinstance(thing, OfForces) or thing.measured_from is not None or thing.natural not in SUMS:
+        return ""
+    body, everyone = thing.body_in(scene), scene.of_kind("support").items()
+    planes = {n: d.thing.normal for n, d in everyone if isinstance(d.thing, Symmetric) and d.thing.body == body}
+    if not planes or thing.concerned in planes:
+        return ""
+    ways = {normal[0] for normal in planes.values() if normal is not None}
+    part = PARTS[len(ways)] if len(ways) == len(planes) else "part"
+    return f"the {part} of `{body}` that is modelled, by symmetry ({', '.join(f'`{n}`' for n in planes)})"
+
+
+def _poisson(scene: Scene, material: object) -> float | None:
+    """Poisson's ratio of a material that is declared with one."""
+    known = (d for d in scene.of_kind("material").values() if d.thing is material and "poisson" in d.fields)
+    return next((float(d.thing.poisson) for d in known if isinstance(d.thing.poisson, float | int)), None)
+
+
+def _expected(scene: Scene) -> tuple[str, ...]:
+    """Metrics that expectations ask for of models."""
+    nodes = (e.node for e in scene.expectations if e.location.source is scene.source)
+    names = (name.parts for node in nodes for name in metrics_in(node))
+    return tuple(dict.fromkeys(metric for owner, metric in names if owner in scene.of_kind("model")))

@@ -1,0 +1,62 @@
+"""Stress, strain and stretch on the surface of a model, for pictures: of scenes that ask for them, and only then."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.metrics.tensor_metrics import OfTensors, field_of
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.pipeline.run_state import Work
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.results.run_report import CarriedNumber
+from softmark.interpreter.verification.stress_singularities import limitless
+from softmark.interpreter.verification.stress_warnings import APART
+
+if TYPE_CHECKING:
+    Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
+    """What metrics of the body of a model ask for, at points X (n, 3) of its surface."""
+    asked = _asked(work, view.body)
+    if not asked:
+        return ()
+    try:
+        field = field_of(view.stress)
+        tensors = field.at(X)
+    except Undefined as undefined:
+        return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
+    found, mesh = [], work.prepared[view.name][0].mesh
+    edge = limitless(replace(asked[0][0].thing, over="largest"), view.case, mesh, X)  # of all numbers of stress alike
+    for metrics in asked:
+        values = metrics[0].thing.values(tensors)
+        if np.all(np.isfinite(values)):
+            size = metrics[0].thing.usual(field)
+            apart = float(np.mean(field.disagreement(X, metrics[0].thing.made_of) > APART))
+            found.append(replace(_number(metrics, values, None), size=size, apart=apart, limitless=edge))
+        else:
+            found.append(_number(metrics, None, "the state is so deformed that it has no number in every point"))
+    return tuple(found)
+
+
+def _asked(work: Work, body: str) -> list[list[Declared]]:
+    """Metrics of stress and strain at a body, those together that ask for one number of one tensor."""
+    found: dict[tuple[Any, ...], list[Declared]] = {}
+    for metric in work.scene.of_kind("metric").values():
+        thing = metric.thing
+        if isinstance(thing, OfTensors) and work.scene.declared[thing.probe].thing.body == body:
+            key = type(thing), *(vars(thing).get(name) for name in ("component", "measure_"))
+            found.setdefault(key, []).append(metric)
+    return list(found.values())
+
+
+def _number(metrics: list[Declared], values: Floats | None, reason: str | None) -> CarriedNumber:
+    thing: Mapping[str, Any] = vars(metrics[0].thing)
+    words = f"{metrics[0].constructor.name} {thing['component']}"
+    words += f", {thing['measure_']}" if "measure_" in thing else ""
+    return CarriedNumber(words, metrics[0].thing.natural, tuple(m.name for m in metrics), values, reason)

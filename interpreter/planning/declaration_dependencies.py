@@ -1,0 +1,33 @@
+"""Which declarations others are made from."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+
+
+def reached(scene: Scene, models: Collection[str]) -> list[str]:
+    """Models, and the models and studies that they are made from, and so on."""
+    found, pending = dict.fromkeys(models), list(models)
+    while pending:
+        declared = scene.declared[pending.pop()]
+        for name in (*named_by(scene, declared, "name"), *named_by(scene, declared, "names")):
+            if name not in found and scene.declared[name].kind in ("model", "study"):
+                found[name] = None
+                pending.append(name)
+    return list(found)
+
+
+def models_of(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
+    """Models that fields of this form name."""
+    yield from (n for n in named_by(scene, declared, form) if scene.declared[n].kind == "model")
+
+
+def named_by(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
+    """Declarations that fields of this form name."""
+    for field in declared.constructor.fields:
+        if field.form == form:
+            value = declared.value(field.name)
+            names = (value,) if form == "name" else value
+            yield from (n for n in names or () if n in scene.declared)

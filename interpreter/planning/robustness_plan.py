@@ -1,0 +1,215 @@
+"""What a stability study asks of a scene, with everything that it leaves open decided; and what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from softmark.grammar.diagnostic import Diagnostic, did_you_mean
+from softmark.interpreter.language.compiled_scene import Declared, Location, Scene
+from softmark.interpreter.language.foreign_words import slip
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.sweep_values import SweepTarget
+from softmark.interpreter.metrics.metric_base import OfDisplacements, OfForces, OfMetric
+from softmark.interpreter.metrics.value_error import ErrorOfValue
+from softmark.interpreter.planning.parameter_walk import Until
+from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, usual
+from softmark.interpreter.problem.body_case import Fault, body_of
+from softmark.interpreter.vocabulary.study_words import Stability
+from softmark.records import dataclass
+from softmark.references.measured_curve import CurveFromFile
+from softmark.references.published_values import GivenValues
+
+TOLD = CurveFromFile | GivenValues  # they know of the body as it is, and of no other: but for closed forms
+NUMERICAL = {  # what of these is no part of the problem
+    "analysis": ("step", "tolerance", "max_iterations"),
+    "contact": ("distance", "stiffness", "parts", "reach"),
+}
+OF_CONTACT = ("pressed", "stopped", "stacked")  # theories that know how far their forces may be off
+MAPPED = 3  # quantities up to which `maps = auto` maps every pair
+
+
+@dataclass(frozen=True)
+class StudyUnderway:
+    """A study as it is carried out: `against` is the reference of its metric, `probe` where that looks, if anywhere."""
+
+    name: str
+    metric: str
+    against: str
+    probe: str
+    within: float
+    until: Until
+    models: tuple[str, ...]
+    quantities: tuple[WalkedQuantity, ...]
+    mapped: bool
+
+
+def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> StudyUnderway:
+    """What a study asks; without one, of every number. The scene must be free of `doubts` about it."""
+    thing = Stability() if study is None else study.thing
+    name = "everything" if study is None else study.name
+    metric = scene.declared[thing.metric or next(judges(scene), "")]
+    if thing.over is None:
+        quantities = tuple(q for q in usual(scene) if follows(scene, metric, q))
+    else:
+        quantities = tuple(quantity_of(scene, target.name) for target in thing.over)
+    mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
+    return StudyUnderway(
+        name, metric.name, metric.thing.against, metric.thing.looked_at or "", thing.within, thing.until,
+        _models(scene, metric, only or thing.models or ()), quantities, mapped,
+    )  # fmt: skip
+
+
+def judges(scene: Scene) -> Iterator[str]:
+    """Metrics that can judge: relative errors against something, whose own error is known in their terms."""
+    for metric in scene.of_kind("metric").values():
+        thing = metric.thing
+        relative = thing.measured_from and (thing.looked_at or thing.concerned) and thing.unit == "1"
+        if relative and _comparable(scene, metric):
+            yield metric.name
+
+
+def _comparable(scene: Scene, metric: Declared) -> bool:
+    """Whether the error of what is taken as right is known in the metric's terms.
+
+    References know theirs as a displacement, values by themselves, and theories of contact what they leave out of
+    forces; models state it by the metric itself.
+    """
+    against = scene.declared.get(metric.thing.against)
+    if isinstance(metric.thing, OfDisplacements):
+        return True
+    if isinstance(metric.thing, ErrorOfValue):
+        return metric.thing.relative_to == "value" and against is not None and is_closed_form(scene, against)
+    if against is None:
+        return False
+    if isinstance(metric.thing, OfForces) and against.kind == "reference":
+        return against.thing.with_forces and against.thing.about in OF_CONTACT
+    return against.kind == "model"
+
+
+def is_closed_form(scene: Scene, reference: Declared) -> bool:
+    """Whether it gives values of a theory by an expression of parameters: they are those of whatever these become."""
+    if not isinstance(reference.thing, GivenValues) or reference.thing.kind != "theory":
+        return False
+    words = re.findall(r"[A-Za-z_]\w*", reference.at("values").text)
+    return any(name.rpartition(".")[2] in words for name in scene.parameters)
+
+
+def follows(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
+    """Whether the truth of a metric is one wherever a quantity is walked: a closed form knows of parameters alone."""
+    if not isinstance(metric.thing, ErrorOfValue) or quantity.name in scene.parameters:
+        return True
+    owner, _, attribute = quantity.name.rpartition(".")
+    kind = scene.declared[owner].kind
+    return kind == "model" or attribute in NUMERICAL.get(kind, ())
+
+
+def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
+    """Models of the body that the metric looks at that are solved here, without the one that it is measured from."""
+    body = metric.thing.body_in(scene)
+    found = []
+    for name, model in scene.of_kind("model").items():
+        try:
+            own = body in (None, body_of(scene, model))
+        except Fault:
+            continue
+        if own and not model.thing.unwalked and name != metric.thing.against and (not asked or name in asked):
+            found.append(name)
+    return tuple(found)
+
+
+# ------------------------------------------------------------------ what is wrong
+
+
+def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+    """Errors of a stability study in a scene that has no others."""
+    yield from _metric(scene, study)
+    seen: set[str] = set()
+    judge = scene.declared.get(study.thing.metric or next(judges(scene), ""))
+    for target in study.thing.over or ():
+        found = _target(scene, study, target, target.name in seen, judge)
+        seen.add(target.name)
+        if found is not None:
+            yield found
+    for name in study.thing.models or ():
+        if scene.declared[name].kind != "model" or "." in name:
+            yield diagnostic("E512", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
+        elif why := scene.declared[name].thing.unwalked:
+            yield diagnostic("E512", study.at("models"), f"`{name}` has no part in a stability study: {why}",
+                             "not walked", "name models that are solved here, or leave `models` out")  # fmt: skip
+
+
+def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
+    """A scene in which nothing can tell right from wrong."""
+    references = {n: r for n, r in scene.of_kind("reference").items() if not isinstance(r.thing, TOLD)}
+    against = next(iter(references), "theory")
+    help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
+    help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
+    errors = {n: m.thing.measured_from for n, m in scene.of_kind("metric").items() if m.thing.measured_from}
+    lacks = "has none" if not errors else f"has none that can: {_why_not(scene, next(iter(errors)))}"
+    message = f"`{name}` needs a relative error to tell right from wrong, and the scene {lacks}"
+    source, span = (at.source, at.span) if at else (None, None)
+    return Diagnostic("E513", message, source, span, "nothing judges" if at else "", help)
+
+
+def _why_not(scene: Scene, name: str) -> str:
+    """Why a metric cannot judge."""
+    thing = scene.declared[name].thing
+    against = thing.measured_from
+    what, why = "is no relative error, so it cannot tell", "it is measured from nothing"
+    if thing.unit != "1":
+        why = f"it is in {thing.unit}"
+    elif against is not None:
+        what = "cannot tell"
+        why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
+        if isinstance(thing, OfMetric):
+            known = scene.declared[against].thing.kind
+            how = "agreed on" if known == "consensus" else "measured"
+            why = f"`{against}` was {how} of this body as it is, and says nothing of others"
+            if known == "theory":
+                why = "it is in uncertainties of the value, and not relative to the value itself"
+    return f"`{name}` {what} right from wrong: {why}"
+
+
+def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+    usable = list(judges(scene))
+    name = study.thing.metric
+    if name is None:
+        if not usable:
+            yield no_judge(scene, study.at(), study.name)
+    elif name not in usable:
+        help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
+        yield diagnostic("E513", study.at("metric"), _why_not(scene, name), "cannot judge", help)
+
+
+def _target(
+    scene: Scene, study: Declared, target: SweepTarget, again: bool, judge: Declared | None
+) -> Diagnostic | None:
+    at = Location(study.at("over").source, target.span)
+    if again:
+        return diagnostic("E512", at, f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")
+    try:
+        quantity = quantity_of(scene, target.name)
+    except Unwalkable as unfit:
+        return diagnostic("E512", at, str(unfit), "cannot be walked", unfit.help)
+    except KeyError:
+        return _no_field(scene, at, target.name)
+    if not quantity.ladders and len(quantity.options) < 2:
+        return diagnostic("E512", at, f"`{target.name}` has nowhere to go: its range ends where it is",
+                          "cannot be walked",
+                          "widen its range: `param h = 10 mm in 1 mm .. 100 mm`")  # fmt: skip
+    if judge is not None and not follows(scene, judge, quantity):
+        truth = judge.thing.against
+        return diagnostic("E512", at, f"`{target.name}` makes another problem, and `{truth}` has the value of this one",
+                          "the truth stays where it is",
+                          "make it a parameter, in which the values are written, and walk that")  # fmt: skip
+    return None
+
+
+def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
+    owner, _, attribute = name.rpartition(".")
+    constructor = scene.declared[owner].constructor
+    close = slip(attribute, [f.name for f in constructor.fields])
+    fields = ", ".join(f.name for f in constructor.fields) or "none"
+    help = did_you_mean(close, f"{owner}.{close}") if close else f"fields of `{constructor.name}`: {fields}"
+    return diagnostic("E205", at, f"`{constructor.name}` has no field `{attribute}`", "not a field", help)

@@ -1,0 +1,285 @@
+"""What a stability study can walk: numbers, whole numbers, vectors by a factor, choices; and how far each goes.
+
+To let another field go farther or less far: a line in SPANS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, Self, cast
+
+from softmark.interpreter.language import parameter_overrides, units
+from softmark.interpreter.language.compiled_scene import Declared, Parameter, Scene
+from softmark.interpreter.language.expression_evaluation import Quantity as Number
+from softmark.interpreter.language.expression_evaluation import VectorValue
+from softmark.interpreter.language.field_schema import Field, Interval
+from softmark.interpreter.language.units import Dimension
+from softmark.interpreter.planning import parameter_scale
+from softmark.interpreter.planning.parameter_scale import Ladder
+from softmark.interpreter.results.json_records import Plain
+from softmark.records import dataclass
+from softmark.solvers.elements.plane import PLANE
+
+Kind = Literal["gap", "factor", "integer", "choice", "reach"]
+Value = float | str
+
+# factors downward and upward of what a field has: what a slip of units, a slider or a bad guess may come to
+SPANS: dict[str, tuple[float, float]] = {
+    "young": (1e-6, 1e6), "density": (1e-3, 1e3), "step": (1e-3, 1e3), "size": (1 / 16, 32.0),
+    "tolerance": (1e-12, 1e12), "quality": (1e-6, 1e6), "angle": (1e-3, 10.0),
+    "stiffness": (1e-6, 1e6), "permeability": (1e-6, 1e6),
+}  # fmt: skip
+SPAN = (1e-3, 1e3)  # of every other: loads, dampings, parameters without a range
+DOUBLINGS = 64  # most that a whole number is multiplied by
+LOWEST = -0.99  # of Poisson's ratio: -1 is where the shear modulus is infinite
+POISSONS = (0.0, -0.5, -0.9)  # by the way down
+
+# fields that are walked where a study does not say what: (kind of declaration, field)
+USUAL = (
+    ("material", "young"), ("material", "poisson"), ("material", "density"), ("material", "bulk"),
+    ("material", "limit"), ("material", "permeability"), ("load", "magnitude"), ("load", "vector"), ("load", "moment"),
+    ("load", "tension"),
+    ("support", "angle"), ("support", "stiffness"), ("support", "value"),
+    ("contact", "friction"), ("contact", "distance"),
+    ("model", "size"), ("model", "segments"), ("model", "precision"), ("model", "quality"), ("analysis", "tolerance"),
+    ("analysis", "step"), ("analysis", "damping_mass"), ("analysis", "damping_stiffness"),
+)  # fmt: skip
+
+
+class Unwalkable(ValueError):
+    """What is named is no quantity that can be walked; `help` says what could be."""
+
+    def __init__(self, reason: str, help: str = "") -> None:
+        super().__init__(reason)
+        self.help = help
+
+
+@dataclass(frozen=True)
+class WalkedQuantity(Plain):
+    """Something that is walked: its value in the scene, and the ways outward. A vector's value is the factor on it."""
+
+    name: str
+    kind: Kind
+    nominal: Value
+    text: str  # as people read it
+    dimension: Dimension = units.NONE
+    limits: tuple[float, float] | None = None
+    options: tuple[str, ...] = ()
+    vector: tuple[float, ...] = ()
+    ladders: tuple[Ladder, ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """Of its values, SI."""
+        return "1" if self.vector else units.si(self.dimension)
+
+    def written(self, value: Value) -> str:
+        """The value as an override takes it, exactly."""
+        if isinstance(value, str):
+            return value
+        unit = "" if self.dimension == units.NONE else units.si(self.dimension)
+        if self.vector:
+            parts = ", ".join(_plain(parameter_scale.tidy(c * value)) for c in self.vector)
+            return f"({parts}) {unit}".strip()
+        number = str(int(value)) if self.kind == "integer" else _plain(value)
+        return f"{number} {unit}".strip()
+
+    def override(self, value: Value) -> str:
+        """`NAME=VALUE`."""
+        return f"{self.name}={self.written(value)}"
+
+    def entries(self) -> Mapping[str, object]:
+        """Those of the study's JSON."""
+        nominal = None if isinstance(self.nominal, str) else self.nominal
+        return {"name": self.name, "unit": self.unit, "nominal": nominal, "text": self.text, "kind": self.kind,
+                "limits": self.limits or None, "options": self.options}  # fmt: skip
+
+    @classmethod
+    def from_json(cls, own: Mapping[str, Any]) -> Self:
+        """From its entry, which has no ladders."""
+        text, unit = str(own.get("text") or ""), str(own.get("unit") or "1")
+        nominal, kind = own.get("nominal"), cast("Kind", own.get("kind") or "reach")
+        limits, options = own.get("limits"), tuple(own.get("options") or ())
+        return cls(
+            own["name"], kind, text if nominal is None else nominal, text, units.parse(unit).dimension,
+            tuple(limits) if limits else None, options,
+        )  # fmt: skip
+
+
+def _plain(value: float) -> str:
+    """The shortest text that reads back as this number, without a sign before zero."""
+    return repr(float(value) + 0.0).removesuffix(".0")
+
+
+# ------------------------------------------------------------------ by name
+
+
+def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
+    """The quantity that a target names. Raises Unwalkable, and KeyError for what is no name of the scene."""
+    if name in scene.parameters:
+        return _of_parameter(scene, scene.parameters[name])
+    owner, _, attribute = name.rpartition(".")
+    declared = scene.declared[owner]
+    field = declared.constructor.field(attribute)
+    if field is None:
+        raise KeyError(name)
+    value = declared.value(attribute)
+    if field.form in ("choice", "flag") or (field.form == "value" and field.kind == "element"):
+        return _of_choice(scene, name, field, value)
+    if value is None:
+        raise Unwalkable(f"`{name}` has no value in the scene", "give the field a value: walks start from there")
+    if field.form == "integer":
+        return _whole(name, int(value), field.interval)
+    if field.form == "vector":
+        return _of_vector(name, value, field.dimension or units.NONE)
+    if field.form != "quantity":
+        words = f"`{name}` is {field.expected}, and not a quantity"
+        raise Unwalkable(words, "walk a number, a vector, a choice, or a parameter that the scene uses there")
+    if field.varies and not isinstance(value, float | int):
+        raise Unwalkable(f"`{name}` varies in space", "walk a parameter of its expression, such as a factor")
+    if attribute == "poisson":
+        return _gap(name, float(value), None)
+    return _number(name, float(value), field.dimension or units.NONE, SPANS.get(attribute, SPAN), field.interval)
+
+
+def usual(scene: Scene) -> Iterator[WalkedQuantity]:
+    """Every number of a scene that it makes sense to walk: parameters with a range, and the fields of USUAL."""
+    names = [n for n, p in scene.parameters.items() if "." not in n and p.interval is not None]
+    for kind, attribute in USUAL:
+        names += [f"{d.name}.{attribute}" for d in scene.of_kind(kind).values() if _has(d, attribute)]
+    for name in names:
+        try:
+            yield quantity_of(scene, name)
+        except Unwalkable:
+            continue
+
+
+def _has(declared: Declared, attribute: str) -> bool:
+    given = attribute in declared.fields or attribute in ("precision", "tolerance")
+    return given and declared.value(attribute) is not None
+
+
+# ------------------------------------------------------------------ by form
+
+
+def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
+    alike = (word for word in scene.vocabulary.words() if (word in PLANE) == (value in PLANE))  # of bodies of its kind
+    options = ("yes", "no") if field.form == "flag" else field.options or tuple(alike)
+    own = ("yes" if value else "no") if field.form == "flag" else str(value)
+    return WalkedQuantity(name, "choice", own, own, options=tuple(options))
+
+
+def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
+    if not any(value):
+        raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", "give it a size to start from")
+    return _laddered(name, "factor", 1.0, units.show_all(value, dimension), dimension, SPAN, vector=tuple(value))
+
+
+def _number(
+    name: str, value: float, dimension: Dimension, span: tuple[float, float], interval: Interval | None
+) -> WalkedQuantity:  # fmt: skip
+    """A number by factors, as far as its span and the range of its field reach."""
+    if value == 0:
+        help = "give it a size to start from, or walk a parameter with a range: `param a = 0 in 0 .. 10`"
+        raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", help)
+    low, high = sorted((value * span[0], value * span[1]))
+    if interval is not None:
+        low = max(low, interval.low) if not interval.low_open or low < interval.low else low
+        high = min(high, interval.high) if not interval.high_open or high > interval.high else high
+    return _laddered(name, "factor", value, units.show(value, dimension), dimension, (low / value, high / value))
+
+
+def _laddered(
+    name: str, kind: Kind, value: float, text: str, dimension: Dimension, span: tuple[float, float],
+    vector: tuple[float, ...] = (),
+) -> WalkedQuantity:  # fmt: skip
+    low, high = (parameter_scale.tidy(value * f) for f in span)
+    ways = (_multiplied(value, high, "up"), _multiplied(value, low, "down"))
+    limits = (min(low, high), max(low, high))
+    return WalkedQuantity(name, kind, value, text, dimension, limits, vector=vector,
+                    ladders=tuple(w for w in ways if w is not None))  # fmt: skip
+
+
+def _multiplied(value: float, limit: float, direction: parameter_scale.Direction) -> Ladder | None:
+    return parameter_scale.multiplied(value, limit, direction) if limit * value > 0 else None
+
+
+def _whole(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
+    if value < 1:
+        raise Unwalkable(f"`{name}` is {value}, and no multiple of it is another", "start from one or more")
+    low, high = 1, value * DOUBLINGS
+    if interval is not None:
+        low, high = max(low, int(interval.low)), int(min(high, interval.high))
+    ways = (parameter_scale.doubled(value, high, "up"), parameter_scale.doubled(value, low, "down"))
+    return WalkedQuantity(name, "integer", float(value), str(value), limits=(float(low), float(high)),
+                    ladders=tuple(w for w in ways if w is not None))  # fmt: skip
+
+
+def _gap(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
+    """Poisson's ratio: towards 0.5 by decades, and down past zero."""
+    low = max(LOWEST, interval.low) if interval else LOWEST
+    high = min(parameter_scale.INCOMPRESSIBLE, interval.high) if interval else parameter_scale.INCOMPRESSIBLE
+    ways = (
+        parameter_scale.closing(value, high),
+        parameter_scale.stretched(value, low, "down", POISSONS) if low < value else None,
+    )
+    return WalkedQuantity(name, "gap", value, f"{value:g}", limits=(low, high),
+                    ladders=tuple(w for w in ways if w is not None))  # fmt: skip
+
+
+# ------------------------------------------------------------------ parameters
+
+
+def _of_parameter(scene: Scene, parameter: Parameter) -> WalkedQuantity:
+    value, name, interval = parameter.value, parameter.name, parameter.interval
+    if isinstance(value, VectorValue):
+        return _of_vector(name, value.values, value.dimension)
+    if not isinstance(value, Number):
+        raise Unwalkable(f"`{name}` is no number", "walk a number, a vector or a choice")
+    if value.dimension == units.NONE and _is_poisson(scene, name, value.value):
+        return _gap(name, value.value, interval)
+    if value.dimension == units.NONE and value.value == int(value.value) and _must_be_whole(scene, name, value.value):
+        return _whole(name, int(value.value), interval)
+    if interval is None:
+        return _number(name, value.value, value.dimension, SPAN, None)
+    return _in_range(name, value.value, value.dimension, interval)
+
+
+def _in_range(name: str, value: float, dimension: Dimension, interval: Interval) -> WalkedQuantity:
+    """To both ends of a range: by factors where the end has its sign, else in parts; from zero by decades."""
+    ways: list[Ladder | None] = []
+    ends: tuple[tuple[parameter_scale.Direction, float], ...] = (("up", interval.high), ("down", interval.low))
+    for direction, end in ends:
+        if end == value:
+            continue
+        if value == 0:
+            ways.append(parameter_scale.from_zero(end, direction))
+        elif end * value > 0:
+            ways.append(parameter_scale.multiplied(value, end, direction))
+        else:
+            ways.append(parameter_scale.stretched(value, end, direction))
+    kind: Kind = "reach" if value == 0 else "factor"
+    return WalkedQuantity(name, kind, value, units.show(value, dimension) if value else "0", dimension,
+                    (interval.low, interval.high), ladders=tuple(w for w in ways if w is not None))  # fmt: skip
+
+
+def _tried(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
+    from softmark.interpreter.language.compiler import recompiled
+
+    override = parameter_overrides.read_one(f"{name}={_plain(value)}", [])
+    return recompiled(scene, [override] if override else [])
+
+
+def _is_poisson(scene: Scene, name: str, value: float) -> bool:
+    """Whether a parameter is Poisson's ratio of a material: a change of it is one of the material's."""
+    own = {n: d.thing.poisson for n, d in scene.declared.items() if d.value("poisson") == value}
+    if not own or not -1 < value < parameter_scale.INCOMPRESSIBLE:
+        return False
+    changed = value - 1e-3 * (parameter_scale.INCOMPRESSIBLE - value)
+    other, _ = _tried(scene, name, changed)
+    return any(other.declared[n].value("poisson") == changed for n in own if n in other.declared)
+
+
+def _must_be_whole(scene: Scene, name: str, value: float) -> bool:
+    """Whether half a unit more is refused, as for a number of segments."""
+    return any(d.code == "E204" for d in _tried(scene, name, value + 0.5)[1])

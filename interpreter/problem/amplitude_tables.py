@@ -1,0 +1,32 @@
+"""Courses that follow a table: whether the table can be read, and whether it goes over the whole analysis."""
+
+from __future__ import annotations
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.vocabulary.amplitude_words import Table
+from softmark.references.measured_data import Unreadable
+
+NEAR = 1e-9  # of the duration: what ends there goes to its end
+
+
+def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
+    """Why a load or support cannot follow its table over an analysis; None of what follows none."""
+    course = declared.thing.course
+    if not isinstance(course, Table):
+        return None
+    at = declared.at("course")
+    try:
+        times, _, _ = course.rows
+    except Unreadable as error:
+        problem = f"the table of `{declared.name}` cannot be used: {error.reason}"
+        return diagnostic("E409", at, problem, "no course", error.remedy)
+    if times[0] > NEAR * duration or times[-1] < duration * (1.0 - NEAR):
+        span = units.show_range(times[0], times[-1], units.TIME)
+        return diagnostic("E315", at, f"the table of `{declared.name}` does not go over the whole analysis",
+                          f"it goes from {span}",
+                          f"the analysis goes from 0 to {units.show(duration, units.TIME)}: give the table rows for all"
+                          " of it, or analyse less")  # fmt: skip
+    return None

@@ -1,0 +1,244 @@
+"""What cannot be of materials that know directions: asked of scenes that have one alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Case, Fault, fault
+from softmark.interpreter.problem.representative_constants import profiles
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.support_words import Symmetric
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.energies.energy import Floats
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+ASKED = 4096  # points at which a mirror image is looked at
+ALIKE = 1e-6  # of an energy: rounding, and directions written with as many digits
+STRAINED = (  # F at which it is: with stretch all ways, for fibres that resist it alone, and no symmetry of its own
+    ((1.05, 0.031, 0.017), (0.009, 1.04, 0.023), (0.027, 0.006, 1.06)),
+    ((1.06, -0.028, 0.011), (0.004, 1.03, -0.019), (-0.021, 0.013, 1.07)),
+)
+FEM = "use `fem(...)` with `strain = finite`, which takes every law as it is"
+
+
+def directed(material: Any) -> bool:
+    """Whether a material knows directions: of a plate, what it is made of."""
+    plate = material if not material.thin else material.of
+    return bool(getattr(plate, "directed", False))
+
+
+def of_case(case: Case) -> bool:
+    """Whether one of the materials of a case does."""
+    return any(directed(material) for material in case.materials)
+
+
+def materials(scene: Scene) -> Iterator[Diagnostic]:
+    """Directions that are missing, and muscle of what cannot pull."""
+    for declared in scene.of_kind("material").values():
+        thing = declared.thing
+        if not directed(thing):
+            continue
+        if thing.branches:
+            yield diagnostic("E363", declared.at("law"), f"`{declared.name}` relaxes around a law with fibres, and "
+                             "relaxation is known of isotropic laws alone", "knows no directions",
+                             "use a law without fibres, or the law by itself")  # fmt: skip
+            continue
+        if hasattr(thing, "passive"):
+            yield from _muscle(declared)
+            continue
+        from softmark.solvers.materials.anisotropic_material import missing_sheets
+        from softmark.solvers.materials.material_axes import Frame, NoDirection
+
+        if missing_sheets(thing):
+            yield diagnostic("E366", declared.at("fibres"), f"`{declared.name}` is unlike in directions across its "
+                             "fibres, and nothing says which these are", "no sheets",
+                             "give `sheets = +y`, or a rule that knows sheets, as `helix(...)` does")  # fmt: skip
+        elif not thing.turning:
+            try:
+                Frame.of(thing.fibres, thing.sheets)
+            except NoDirection as error:
+                yield diagnostic("E366", declared.at("sheets"), f"`{declared.name}` has no direction across its "
+                                 f"fibres: {error.reason}", "no direction", "sheets lie across fibres")  # fmt: skip
+        for name in ("fibres", "sheets"):
+            if wrong := getattr(getattr(thing, name), "fault", ""):
+                yield diagnostic("E366", declared.at(name), f"the {name} of `{declared.name}` have no rule: {wrong}",
+                                 "no wall", "give the wall's own semi-axes")  # fmt: skip
+
+
+def _muscle(declared: Declared) -> Iterator[Diagnostic]:
+    thing = declared.thing
+    law = thing.passive
+    if thing.fibres is None:
+        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` acts along fibres, and its law has none",
+                         "no fibres", "give `own = +x`, or a law with fibres, such as `guccione(...)`")  # fmt: skip
+    elif law.finite_law() is None or hasattr(law, "passive") or law.branches:
+        why = "is muscle already" if hasattr(law, "passive") else "has no law of finite strain"
+        why = "relaxes" if law.branches else why
+        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what {why}",
+                         "not a law that it can add to",
+                         "use `guccione(...)` or `neo_hookean(...)`, and one muscle")  # fmt: skip
+    elif profiles(law):
+        yield diagnostic("E367", declared.at("law"), f"`{declared.name}` is of what varies in space",
+                         "one value of each constant", "directions may vary, other constants not")  # fmt: skip
+
+
+def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """A model that would take a material for an isotropic one, or a motion that muscle is not known in."""
+    thing, body = declared.thing, case.body.name
+    if not getattr(thing, "directed", False):
+        yield diagnostic("E363", declared.at(), f"`{declared.name}` knows isotropic materials alone, and that of "
+                         f"`{body}` has fibres", "knows no directions", FEM)  # fmt: skip
+    elif thing.strain != "finite":
+        yield diagnostic("E363", declared.at("strain"), f"the material of `{body}` has fibres, and strain = "
+                         f"{thing.strain} takes every material for an isotropic one", "knows no directions",
+                         "use `strain = finite`")  # fmt: skip
+    elif (askew := _askew(case)) is not None:
+        yield askew
+    elif (unfit := _shortened(declared, case)) is not None:
+        yield unfit
+    elif case.planar:
+        yield from _planar(declared, case)
+
+
+def _shortened(declared: Declared, case: Case) -> Diagnostic | None:
+    """What an active strain does not know: a course in a motion or beside a past, and paths that begin at rest."""
+    own = [m for m in case.materials if hasattr(m, "passive") and not m.pulls]
+    if isinstance(case.analysis, Dynamic) and any(m.course is not None for m in own):
+        return diagnostic("E368", declared.at(), f"`{declared.name}` moves, and fibres that shorten by a course are"
+                          " known at rest alone", "not in a dynamic analysis", "use `quasistatic(...)`, a shortening"
+                          " without a course, or a tension: `active(..., course = ...)`")  # fmt: skip
+    if any(m.branches for m in case.materials) and any(m.course is not None for m in own):
+        return diagnostic("E362", declared.at(), f"fibres of `{case.body.name}` shorten by a course, and a part of it"
+                          " relaxes", "not beside what relaxes", "use a shortening without a course, or a tension:"
+                          " `active(..., course = ...)`")  # fmt: skip
+    if own and case.analysis.path == "arc_length":
+        return diagnostic("E378", declared.at(), f"`{declared.name}` follows a path from rest, and fibres of"
+                          f" `{case.body.name}` are short before it begins", "no path from rest",
+                          "use `path = load`, with several states if one step is too long, or a tension, which grows"
+                          " along the path: `active(...)`")  # fmt: skip
+    return None
+
+
+def _askew(case: Case) -> Diagnostic | None:
+    """Of planes of symmetry, where directions are the same everywhere; others are asked on a mesh."""
+    if not any(isinstance(support.thing, Symmetric) for support in case.supports):
+        return None
+    for material in {id(m): m for m in (case.material, *case.materials)}.values():
+        if directed(material) and not material.thin and not _unsaid(material):
+            try:
+                must_be_mirrored(replace(case, other_material=material), np.zeros((1, 1, 3)))
+            except Fault as refused:
+                return refused.diagnostic
+    return None
+
+
+def _unsaid(material: Any) -> bool:
+    """Whether directions are not known without a mesh, or are refused already."""
+    from softmark.solvers.materials.anisotropic_material import missing_sheets
+    from softmark.solvers.materials.material_axes import NoDirection
+
+    law = getattr(material, "passive", material)
+    if material.fibres is None or material.turning or (directed(law) and missing_sheets(law)):
+        return True
+    try:
+        return not (material.frame and (not directed(law) or law.frame))
+    except NoDirection:
+        return True
+
+
+def _planar(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Directions that would move a slice out of its plane."""
+    kind = case.planar.replace("_", " ")
+    for material in case.materials:
+        if case.planar == "plane_stress" and directed(material):
+            yield diagnostic("E365", case.body.at("material"), f"`{case.body.name}` is in plane stress, which is not "
+                             "known of a material with fibres", "not in plane stress",
+                             "use `plane_strain`, or a `solid` as thick as the plate")  # fmt: skip
+        elif directed(material) and not _level(material):
+            yield diagnostic("E365", case.body.at("material"), f"fibres of `{case.body.name}` lie neither within its "
+                             f"plane nor along z, and would move it out of {kind}", "askew",
+                             "the same for all z are directions within x and y, or +z alone; else use a `solid`"
+                             )  # fmt: skip
+
+
+def _level(material: Any) -> bool:
+    """Whether directions lie within the plane or across it; of a rule, whether it says so."""
+    law = getattr(material, "passive", material)
+    known = (material.fibres, *((law.fibres, law.sheets) if directed(law) else ()))
+    each = [d for d in known if d is not None]
+    for direction in each:
+        if not isinstance(direction, tuple):
+            third = getattr(direction, "components", (None, None, None))[2]
+            if third is None or third.root.do != "number" or third.root.value != 0.0:
+                return False
+        elif direction[2] != 0.0 and (direction[0] != 0.0 or direction[1] != 0.0):
+            return False
+    return True
+
+
+def must_be_mirrored(case: Case, X: Floats) -> None:
+    """In each plane of symmetry fibres are their own mirror image, over points X (m, q, 3), m. Raises Fault.
+
+    Half of a body stands for the whole only so: else the other half is another one than the scene's.
+    """
+    flat = X.reshape(-1, 3)
+    some = flat[:: max(1, len(flat) // ASKED)]
+    for support in case.supports:
+        if isinstance(support.thing, Symmetric) and support.thing.normal is not None:
+            axis, place = support.thing.normal
+            odd = _unlike(case.material, some, axis, place)
+            if odd is not None:
+                where = units.show_all(tuple(float(f"{c:.3g}") for c in odd), units.LENGTH)
+                at = f" at {where}" if getattr(case.material, "turning", False) else ""
+                raise fault("E369", support.at(), f"fibres of `{case.body.name}`{at} have another mirror image in "
+                            f"`{support.name}` than the material has there", "half does not stand for the whole",
+                            f"model the whole body; a wall in place of the plane is `fixed(..., components = "
+                            f"{'xyz'[axis]})`")  # fmt: skip
+
+
+def _unlike(material: Any, X: Floats, axis: int, place: float) -> Floats | None:
+    """The first of points X (n, 3), m, where a law is not that of its mirror image; None where it is one everywhere."""
+    from softmark.interpreter.problem.field_files import reading
+    from softmark.solvers.materials.active_stress import Tension
+    from softmark.solvers.materials.material_axes import NoDirection
+
+    image, turned = X.copy(), np.ones(3)
+    image[:, axis] = 2.0 * place - X[:, axis]
+    turned[axis] = -1.0
+    laws: tuple[Any, ...] = (material,)
+    if hasattr(material, "passive"):  # the directions alone: how much it does is mirrored, as other constants are
+        laws = Tension(1.0, material.fibres), material.passive
+    for law in laws:
+        if not directed(law):
+            continue
+        try:
+            here, there = law.placed(X[None], reading), law.placed(image[None], reading)
+        except (
+            NoDirection
+        ) as error:  # of the body itself they are known already: `turned` in models/shared/heterogeneous_material.py
+            return X[0] if error.place is None else np.array(error.place)
+        for strained in STRAINED:
+            F = np.broadcast_to(np.array(strained), (len(X), 3, 3))
+            one, other = here.psi(F), there.psi(F * np.outer(turned, turned))
+            odd = ~(abs(one - other) <= ALIKE * abs(one))
+            if odd.any():
+                return np.asarray(X[int(np.argmax(odd))])
+    return None
+
+
+def must_be_isotropic(reference: Declared, case: Case) -> None:
+    """Raises Fault for a theory of isotropic bodies, of one with fibres."""
+    if of_case(case):
+        raise fault("E364", reference.at(), f"`{reference.name}` is solved for an isotropic solid, and the material of "
+                    f"`{case.body.name}` has fibres", "knows no directions", "compare with what was measured or "
+                    "published, or with a finer model: `self_converged(...)`")  # fmt: skip

@@ -1,0 +1,326 @@
+"""A case: one body with all that acts on it, as every model and reference of that body sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic, Remedy
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Location, Scene, rigid
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic, Static
+from softmark.interpreter.vocabulary.load_words import PerMass, PointForce
+from softmark.interpreter.vocabulary.self_contact_words import Itself, Tied
+from softmark.interpreter.vocabulary.support_words import Bedded, Drain, InPlane, Level, OnAxis
+from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Shape, Swept
+
+
+class Fault(Exception):
+    """Something in the scene cannot be represented or built; carries its diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def fault(code: str, at: Location, message: str, label: str = "", help: str | Remedy = "") -> Fault:
+    """A Fault at a place of the scene."""
+    return Fault(diagnostic(code, at, message, label, help))
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A contact of a body with a `rigid` one, and what moves that: supports, or loads, in the order of the scene."""
+
+    declared: Declared
+    rigid: Declared
+    moved: tuple[Declared, ...]
+    loads: tuple[Declared, ...] = ()  # of one that is free
+    along: int | None = None  # x, y or z, by number: the way that loads may press it at rest
+    gone: float = 0.0  # m, how far they have pressed it
+
+    @property
+    def name(self) -> str:
+        """Of the contact."""
+        return self.declared.name
+
+    @property
+    def thing(self) -> Any:
+        """What the scene says of the contact."""
+        return self.declared.thing
+
+    @property
+    def driven(self) -> bool:
+        """Whether a support moves the rigid body, or a force of its own presses it."""
+        own = (load.value("body") == self.rigid.name for load in self.loads)
+        return any(support.thing.moves for support in self.moved) or any(own)
+
+    def at(self, name: str = "") -> Location:
+        """Where a field of the contact is given, or else its name."""
+        return self.declared.at(name)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A body, what it is made of, what holds it and what loads it."""
+
+    body: Declared
+    supports: tuple[Declared, ...]
+    loads: tuple[Declared, ...]
+    analysis: Static | Dynamic | Quasistatic
+    other_material: Any = None  # that a model takes instead of the body's
+    parts: tuple[Declared, ...] = ()  # regions with a material of their own
+    groups: tuple[Declared, ...] = ()  # regions that are named parts of a mesh file
+    beds: tuple[Declared, ...] = ()  # springs and plates: supports that hold nothing where it is
+    contacts: tuple[Touch, ...] = ()  # rigid bodies that it must not pass
+    pairs: tuple[Declared, ...] = ()  # contacts with itself, and what is glued together
+    drains: tuple[Declared, ...] = ()  # where fluid goes through its surface: supports that hold no point of it
+    wide: bool = False  # supports hold whatever cells and facets they select a part of, on meshes that do not end there
+    leaning: tuple[int, int] = (
+        0,
+        0,
+    )  # a part by its number and 1 or -1: cells that its border passes are all, or none, its
+
+    @property
+    def shape(self) -> Shape:
+        """The body's geometry."""
+        found: Shape = self.body.thing.shape
+        return found
+
+    @property
+    def shaped(self) -> Location:
+        """Where the scene says its geometry."""
+        return self.body.at("region" if self.planar else "shape")
+
+    @property
+    def prism(self) -> Swept:
+        """The same where it is known to have sections along an axis. Raises TypeError."""
+        if (found := self.shape.swept) is None:
+            raise TypeError(f"`{self.body.name}` has no section along an axis")
+        return found
+
+    @property
+    def material(self) -> Any:
+        """What the body is made of."""
+        return self.body.thing.as_it_is(self.other_material or self.body.thing.material)
+
+    @property
+    def materials(self) -> tuple[Any, ...]:
+        """What it is made of: the material of the body, and those of its parts in their order."""
+        return (self.material, *(self.body.thing.as_it_is(part.thing.material) for part in self.parts))
+
+    @property
+    def muscles(self) -> tuple[Declared, ...]:
+        """What of it pulls, each with its course: the body, as if it were made of that material alone."""
+        return tuple(replace(self.body, thing=m) for m in self.materials if getattr(m, "pulls", False))
+
+    @property
+    def remembered(self) -> bool:
+        """Whether friction makes a state depend on those before it."""
+        each = (*(touch.declared for touch in self.contacts), *self.pairs)
+        return any(getattr(own.thing, "friction", 0.0) for own in each)
+
+    @property
+    def named_supports(self) -> tuple[Declared, ...]:
+        """Its supports without what holds a plane body in its plane."""
+        return tuple(s for s in self.supports if not isinstance(s.thing, InPlane))
+
+    @property
+    def planar(self) -> str:
+        """`plane_strain`, `plane_stress` or `axisymmetric` of a plane body; "" of a solid."""
+        kind: str = self.body.thing.planar
+        return kind
+
+    @property
+    def depth(self) -> float:
+        """How thick the slice is that stands for a body of revolution, m; 0 of any other body."""
+        return float(self.body.thing.thickness) if self.planar == "axisymmetric" else 0.0
+
+    @property
+    def largest_poisson(self) -> float:
+        """Poisson's ratio of the material that keeps its volume best; of one that varies, as far as a look tells."""
+        return float(max(material.poisson for material in self.typical))
+
+    @property
+    def largest_young(self) -> float:
+        """Young's modulus of the stiffest material, Pa; of one that varies, as far as a look tells."""
+        return float(max(2.0 * material.shear_modulus * (1.0 + material.poisson) for material in self.typical))
+
+    @property
+    def uniform(self) -> bool:
+        """Whether the constants of each of its materials are the same everywhere."""
+        return all(getattr(material, "uniform", True) for material in self.materials)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the stress of one of its materials relaxes, or fluid seeps through it, so that its past counts."""
+        return self.porous or any(material.branches for material in self.materials)
+
+    @property
+    def pressed(self) -> bool:
+        """Whether loads press a rigid body at rest, so that its place depends on the model and its mesh."""
+        return any(touch.along is not None for touch in self.contacts)
+
+    @property
+    def porous(self) -> bool:
+        """Whether one of its materials is full of fluid."""
+        return any(porous(material) for material in self.materials)
+
+    @cached_property
+    def typical(self) -> tuple[Any, ...]:
+        """Its materials, with one number in place of each constant that varies in space: for orders of magnitude."""
+        if self.uniform:
+            return self.materials
+        from softmark.interpreter.problem.representative_constants import typical
+
+        return tuple(typical(material, self.shape) for material in self.materials)
+
+    @property
+    def plain(self) -> Case:
+        """The same of one material, of its typical one where that varies."""
+        return self if getattr(self.material, "uniform", True) else replace(self, other_material=self.typical[0])
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """Sum of all accelerations of gravity, m/s^2."""
+        pulls = [d.thing.action for d in self.loads if isinstance(d.thing.action, PerMass)]
+        x, y, z = (sum(p.acceleration[i] for p in pulls) for i in range(3))
+        return x, y, z
+
+
+def porous(material: Any) -> bool:
+    """Return whether fluid seeps through a material: the passive one of a muscle, the solid of a plate."""
+    if getattr(material, "thin", False):
+        return porous(material.of)
+    if getattr(material, "permeability", None) is not None:
+        return True
+    return hasattr(material, "passive") and porous(material.passive)
+
+
+def case_of(scene: Scene, body: str) -> Case:
+    """The case of a body, made once for a scene."""
+    key = Case, body
+    if key not in scene.known:
+        scene.known[key] = _made(scene, body)
+    case: Case = scene.known[key]
+    return case
+
+
+def _made(scene: Scene, body: str) -> Case:
+    analyses = list(scene.of_kind("analysis").values())
+    regions = [r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.material]
+    if all(r.thing.material == scene.declared[body].thing.material for r in regions):
+        regions = []  # parts of the body's own material are parts in name only
+    acting, touching = scene.acting("support", body), scene.acting("contact", body)
+    beds = tuple(s for s in acting if isinstance(s.thing, Bedded | Level))
+    drains = tuple(s for s in acting if isinstance(s.thing, Drain))
+    return Case(
+        body=scene.declared[body],
+        supports=(
+            *(s for s in acting if not isinstance(s.thing, Bedded | Level | Drain)),
+            *in_plane(scene.declared[body]),
+        ),
+        loads=scene.acting("load", body),
+        analysis=analyses[0].thing if analyses else Static(),
+        parts=tuple(regions),
+        beds=beds,
+        drains=drains,
+        contacts=tuple(_touch(scene, contact) for contact in touching if not isinstance(contact.thing, Itself | Tied)),
+        pairs=tuple(contact for contact in touching if isinstance(contact.thing, Itself | Tied)),
+        groups=tuple(r for r in scene.of_kind("region").values() if r.thing.body == body and r.thing.group is not None),
+    )
+
+
+def _touch(scene: Scene, contact: Declared) -> Touch:
+    name = contact.thing.rigid
+    found = Touch(contact, scene.declared[name], scene.acting("support", name), scene.acting("load", name))
+    if not at_rest_pressed(scene, found.rigid):
+        return found
+    left = left_to_go(scene, found.rigid, scene.declared[contact.thing.body])
+    return replace(found, along=left[0] if len(left) == 1 else None)
+
+
+def at_rest_pressed(scene: Scene, body: Declared) -> bool:
+    """Whether loads say where a rigid body comes to rest: it has a mass or a force of its own, without a time."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if not rigid(body) or (analysis is not None and not isinstance(analysis.thing, Static)):
+        return False
+    own = (load for load in scene.acting("load", body.name) if load.value("body") == body.name)
+    return body.thing.free or any(isinstance(load.thing, PointForce) for load in own)
+
+
+def left_to_go(scene: Scene, instrument: Declared, body: Declared) -> list[int]:
+    """The directions, 0 to 2, in which neither supports nor the plane or axis of what it meets hold a rigid body."""
+    held = {2} if body.thing.planar else set[int]()
+    held |= {0} if body.thing.planar == "axisymmetric" else set()
+    for support in scene.acting("support", instrument.name):
+        held |= set(getattr(support.thing, "components", ()))
+    return [i for i in range(3) if i not in held]
+
+
+def in_plane(body: Declared) -> tuple[Declared, ...]:
+    """What holds a plane body in its plane, none of a solid."""
+    if not body.thing.planar:
+        return ()
+    held = InPlane(body.name, EVERYWHERE)
+    plane = Declared("support", f"the plane of {body.name}", body.constructor, held, body.location)
+    if body.thing.planar != "axisymmetric" or _beside_axis(body.thing.shape):
+        return (plane,)
+    on_axis = Condition.comparison("<=", Term.coordinate(0), Term.constant(0.0), 1)
+    axis = OnAxis(body.name, on_axis)
+    return plane, Declared("support", f"the axis of {body.name}", body.constructor, axis, body.location)
+
+
+def _beside_axis(shape: Shape) -> bool:
+    """Whether no point of a plane region lies on the y axis."""
+    return shape.bounds is None or shape.bounds[0][0] > RELATIVE_TOLERANCE * shape.diagonal
+
+
+def case_for(scene: Scene, worker: Declared) -> Case:
+    """The case of a model or reference, with the material that it takes instead of the body's. Raises Fault."""
+    other = worker.thing.other_material if worker.kind == "model" else None
+    case = case_of(scene, body_of(scene, worker))
+    if other is None:
+        return case
+    key = Case, case.body.name, id(other)  # which lives as long as the case that is kept
+    if key not in scene.known:
+        scene.known[key] = replace(case, other_material=other)
+    found: Case = scene.known[key]
+    return found
+
+
+def body_of(scene: Scene, declared: Declared) -> str:
+    """The body that a model, reference or probe is about: the one it names, or the only one. Raises Fault."""
+    named: str | None = declared.value("body")
+    if named is not None:
+        return named
+    bodies = list(scene.of_kind("body"))
+    if len(bodies) == 1:
+        return bodies[0]
+    if not bodies:
+        raise fault("E221", declared.at(), f"`{declared.name}` has no body to work on", "no body is declared",
+                    "declare one: `body beam = solid(cylinder(...), material)`")  # fmt: skip
+    raise fault("E221", declared.at(), f"`{declared.name}` could mean any of {len(bodies)} bodies",
+                "which body?",
+                f"say which: `body = {bodies[0]}`; bodies: {', '.join(bodies)}")  # fmt: skip
+
+
+def elsewhere(scene: Scene, declared: Declared, case: Case) -> str | None:
+    """The body that a declared thing is about, if it is not that of the case; unclear ones are said elsewhere."""
+    try:
+        body = body_of(scene, declared)
+    except Fault:
+        return None
+    return None if body == case.body.name else body
+
+
+def reach(low: Sequence[float], high: Sequence[float]) -> str:
+    """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
+    return ", ".join(
+        f"{n} from {units.show_range(a, b, units.LENGTH)}" for n, a, b in zip("xyz", low, high, strict=True)
+    )

@@ -1,0 +1,180 @@
+"""Faces of rectangular and round bodies that supports and loads take, as theories of such bodies ask for them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.axial_selection import ends_of
+from softmark.interpreter.problem.body_case import Case
+from softmark.records import dataclass
+from softmark.references.straight_cantilever import Refused
+from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
+from softmark.solvers.mesh.shape import Bounds, Vector3, moved, with_coordinate
+from softmark.solvers.mesh.shapes import Box, Cylinder
+
+NONE = (0.0, 0.0, 0.0)
+SAME = 1e-9  # of its size: how far a side may be from straight along x or y
+BESIDE = 1e-4  # of its radius: what is nearer to a plane through the axis is on it
+ANGLES = ((1.0, 0.0), (0.8, 0.6), (0.28, 0.96), (0.0, 1.0), (-0.6, 0.8), (-1.0, 0.0), (-0.96, -0.28), (0.6, -0.8))
+WITHIN = (0.0, 0.3, 0.6, 0.9, 0.99, 0.9999)  # of the radius: where a side is not
+
+
+@dataclass(frozen=True)
+class Along(Box):
+    """A box whose axis is that of x, y or z, by its number, whichever edge is the longest."""
+
+    way: int = 0
+
+    @property
+    def _longest(self) -> int:
+        return self.way
+
+
+@dataclass(frozen=True)
+class Rectangular:
+    """A box, or a rectangle that is a slice of one; `turns` where it is the half section of a body of revolution."""
+
+    low: Vector3  # m
+    high: Vector3  # m
+    flat: bool = False  # held in its plane, z = 0
+    turns: bool = False
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        return self.low, self.high
+
+    def size(self, axis: int) -> float:
+        """Its extent along x, y or z, m."""
+        return self.high[axis] - self.low[axis]
+
+    def area(self, axis: int) -> float:
+        """Of a face across an axis, m^2; all around of a body of revolution."""
+        if self.turns:
+            return math.pi * (self.high[0] ** 2 - self.low[0] ** 2)
+        first, second = (self.size(c) for c in range(3) if c != axis)
+        return first * second
+
+    def outward(self, axis: int, end: int) -> Vector3:
+        """The unit vector out of a face across an axis, 0 the low one."""
+        return with_coordinate(NONE, axis, 1.0 if end else -1.0)
+
+    def centre(self, axis: int, end: int) -> Vector3:
+        """The middle of such a face, m; of a body of revolution on its axis."""
+        found = with_coordinate(self.middle, axis, self.bounds[end][axis])
+        return with_coordinate(found, 0, 0.0) if self.turns else found
+
+    @property
+    def middle(self) -> Vector3:
+        """Its middle, m."""
+        x, y, z = (0.5 * (a + b) for a, b in zip(self.low, self.high, strict=True))
+        return x, y, z
+
+    def taken(self, condition: Condition, axis: int) -> set[int]:
+        """Which of its two faces across an axis a condition selects, 0 the low one, as `ends_of` has ends."""
+        x, y, z = (self.size(a) for a in range(3))
+        return ends_of(condition, Along((x, y, z), self.low, axis))
+
+    def everywhere(self, condition: Condition) -> bool:
+        """Whether a condition selects all of it."""
+        return condition.over(self.low, self.high) == (False, True)
+
+
+@dataclass(frozen=True)
+class Round:
+    """A cylinder, whole. Its faces are its two ends, whichever axis is asked for."""
+
+    shape: Cylinder
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        return self.shape.bounds
+
+    def size(self, axis: int) -> float:
+        """Its length, m."""
+        return self.shape.length
+
+    def area(self, axis: int) -> float:
+        """Of an end, m^2."""
+        return math.pi * self.shape.radius**2
+
+    def outward(self, axis: int, end: int) -> Vector3:
+        """The unit vector out of an end, 0 the root."""
+        return moved(NONE, (1.0 if end else -1.0, self.shape.axis))
+
+    def centre(self, axis: int, end: int) -> Vector3:
+        """The middle of an end, m."""
+        return moved(self.shape.root, (end * self.shape.length, self.shape.axis))
+
+    def taken(self, condition: Condition, axis: int) -> set[int]:
+        """Which of its ends a condition selects."""
+        return ends_of(condition, self.shape)
+
+    def around(self, condition: Condition) -> bool:
+        """Whether a condition is about the distance from the axis alone, and selects the side and nothing within."""
+        if condition.groups:
+            return False
+        shape, extent = self.shape, self.shape.diagonal
+        stations = [shape.length * s for s in (0.0, 0.37, 1.0)]
+        for border in condition.borders:
+            for r in (0.37 * shape.radius, shape.radius):
+                levels = [border.at(*self._at(s, r, way)) for s in stations for way in ANGLES]
+                if max(levels) - min(levels) > SAME * extent**border.power:
+                    return False
+        holds = [
+            bool(condition.holds(*self._at(stations[1], r * shape.radius, ANGLES[1]), extent)) for r in (*WITHIN, 1)
+        ]
+        return holds[-1] and not any(holds[:-1])
+
+    def on_plane(self, condition: Condition, axis: int) -> bool:
+        """Whether all that a condition selects lies on the plane through the axis that is normal to x, y or z."""
+        low, high = self.shape.bounds
+        slack, at, extent = BESIDE * self.shape.radius, self.shape.root[axis], self.shape.diagonal
+        above, below = with_coordinate(low, axis, at + slack), with_coordinate(high, axis, at - slack)
+        beside = condition.over(above, high, extent), condition.over(low, below, extent)
+        return not any(true for _, true in beside)
+
+    def _at(self, station: float, radius: float, way: tuple[float, float]) -> Vector3:
+        axis, first, second = self.shape.frame(0.0)
+        x, y, z = (
+            r + station * a + radius * (way[0] * u + way[1] * v)
+            for r, a, u, v in zip(self.shape.root, axis, first, second, strict=True)
+        )
+        return x, y, z
+
+
+def rectangular(case: Case) -> Rectangular | None:
+    """The box of a case, or the rectangle of a plane one; None of any other body."""
+    return rectangle(case.shape, case.body.thing.thickness if case.planar else 0.0, bool(case.depth))
+
+
+def rectangle(shape: Any, thickness: float, turns: bool) -> Rectangular | None:
+    """A box, or a slice so thick (m) of an upright rectangle, which may turn about y; None of any other shape."""
+    if isinstance(shape, Box):
+        return Rectangular(*shape.bounds)
+    if isinstance(shape, Slice) and isinstance(shape.region, Quadrilateral):
+        corners = [
+            (c[0], c[1]) for c in (shape.region.first, shape.region.second, shape.region.third, shape.region.fourth)
+        ]
+        (left, below), (right, above) = shape.region.ends
+        size = max(right - left, above - below)
+        straight = all(
+            min(abs(x - left), abs(x - right)) <= SAME * size and min(abs(y - below), abs(y - above)) <= SAME * size
+            for x, y in corners
+        )
+        if straight:
+            return Rectangular((left, below, -0.5 * thickness), (right, above, 0.5 * thickness), True, turns)
+    return None
+
+
+def solid_body(case: Case) -> Rectangular | Round:
+    """The body of a case where it is a box, a rectangle or a whole cylinder. Raises Refused."""
+    if isinstance(case.shape, Cylinder):
+        return Round(case.shape)
+    found = rectangular(case)
+    if found is None:
+        raise Refused(f"`{case.body.name}` is no box, no cylinder and no upright rectangle", "use one of these")
+    return found

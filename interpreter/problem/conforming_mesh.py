@@ -1,0 +1,202 @@
+"""Where meshes of a shape need nodes so that supports hold what they select, and not what happens to lie at a node.
+
+The same is asked for parts of other materials. A border of a condition is met where it is a surface on which a
+coordinate of the shape is constant (planes across the edges of a box; planes across the axis of a cylinder, circles
+around it; spheres around the centre of a sphere), or a plane along the axis of a cylinder. Only parts of a border at
+which the selection changes within the body count. Numbers alone, no arrays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise, product
+from typing import TYPE_CHECKING, Any
+
+from softmark.interpreter.language.coordinate_conditions import Border, Condition
+from softmark.interpreter.problem.body_case import Case
+from softmark.records import dataclass
+from softmark.solvers.mesh.conforming_planes import SAME, Cut
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
+
+Cuts = tuple[Cut, ...]
+Place = Mapping[str, float]  # a point in a shape's own coordinates
+
+RAYS = (0.137, 0.382, 0.618, 0.871)  # of the other coordinates' spans: where a border is looked for
+STEPS = 9  # values of each other coordinate at which a selection is looked at, beside those of cuts
+ASIDE = 1e-6  # of a span: how far to each side of a border
+ANGLES = ("turn", "tilt")  # coordinates on which no mesh is cut
+NARROW = 1e-4  # of a span: an interval that may hold one crossing is halved to that, and then bisected
+REACH = 0.5  # of a span: how far from where cells are finer they have their size again
+MOST = 32  # intervals that may hold a crossing: with more, the border is no such surface; and cuts of one condition
+
+
+def cuts_of(case: Case, shape: Shape | None = None) -> Cuts:
+    """The cuts that the supports and parts of a case ask of meshes of its shape; none of a mesh from a file."""
+    shape = shape or case.shape
+    asking = (*case.supports, *case.parts)
+    return tuple(dict.fromkeys(cut for own in asking for cut in cuts_for(own.thing.where, shape)))
+
+
+def cuts_for(where: Condition, shape: Shape) -> Cuts:
+    """The cuts that a condition asks of meshes of a shape; none of a mesh from a file, which is as it is."""
+    return tuple(_Asking(shape, where).cuts()) if shape.spans and not where.groups else ()
+
+
+def graded(where: Condition, shape: Shape, finer: float) -> Cuts:
+    """Where meshes of a shape are finer by a factor: at the borders of a condition, as far as a coordinate is theirs.
+
+    The ends of the body are such places too. Cells reach their size over a part of the body's extent there. Those of a
+    filled surface are finer where the condition holds.
+    """
+    if where.groups or not (shape.gradable or shape.enclosed):
+        return ()
+    if shape.enclosed:
+        return (Cut("", 0.0, finer=finer, where=where),)
+    asking, found = _Asking(shape, where), dict[tuple[str, float], Cut]()
+    for border in where.borders:
+        for axis, at in (*asking.ends(border), *asking.places(border)):
+            low, high = shape.spans[axis]
+            if axis in shape.gradable:
+                found.setdefault((axis, at), Cut(axis, at, finer=finer, reach=REACH * (high - low)))
+    return tuple(found.values())[:MOST]
+
+
+@dataclass(frozen=True)
+class _Asking:
+    """A condition in a shape."""
+
+    shape: Shape
+    condition: Condition
+
+    @property
+    def extent(self) -> float:
+        """Of the body, m."""
+        return self.shape.diagonal
+
+    def cuts(self) -> list[Cut]:
+        """Where the mesh needs nodes for it."""
+        where = [(axis, at) for border in self.condition.borders for axis, at in self.places(border)][:MOST]
+        found = [Cut(axis, at, self._held_to_the_end(axis, at)) for axis, at in where if self._bounds(axis, at, where)]
+        chords = (self.shape.chord(b.plane) for b in self.condition.borders if b.plane)
+        return found + [chord for chord in chords if chord is not None and self._along(chord, where)]
+
+    # -------------------------------------------------------------- where a border lies
+
+    def places(self, border: Border) -> Iterator[tuple[str, float]]:
+        """The coordinate that is constant on a border, and its values there (m), inside the body."""
+        for axis, (low, high) in self.shape.spans.items():
+            if axis in ANGLES:
+                continue
+            met = [self._crossings(border, axis, share) for share in RAYS]
+            if met[0] and all(_alike(met[0], other, SAME * (high - low)) for other in met[1:]):
+                yield from ((axis, at) for at in met[0])
+
+    def ends(self, border: Border) -> Iterator[tuple[str, float]]:
+        """The coordinates that end on a border, and their values there (m)."""
+        slack, spans = SAME * self.extent**border.power, self.shape.spans
+        rays = [self._ray(share) for share in RAYS]
+        for axis in (name for name in spans if name not in ANGLES):
+            for t in spans[axis]:
+                if all(abs(border.at(*self.shape.place(**{**ray, axis: t}))) <= slack for ray in rays):
+                    yield axis, t
+
+    def _ray(self, share: float) -> Place:
+        """Values of all coordinates, of which a ray along one of them keeps the others."""
+        return {n: a + (b - a) * _strewn(share, i) for i, (n, (a, b)) in enumerate(self.shape.spans.items())}
+
+    def _crossings(self, border: Border, axis: str, share: float) -> list[float]:
+        """Values of a coordinate (m) at which a ray along it crosses a border, as far as these are points."""
+        others = self._ray(share)
+
+        def at(t: float) -> tuple[float, float, float]:
+            return self.shape.place(**{**others, axis: t})
+
+        low, high = self.shape.spans[axis]
+        slack = SAME * (high - low)
+        if border.plane is not None:
+            a, b = border.at(*at(low)), border.at(*at(high))
+            t = low - a * (high - low) / (b - a) if a != b else math.inf
+            return [t] if low + slack < t < high - slack else []
+        found: list[float] = []
+        pending = [(low, high)]
+        while pending and len(pending) + len(found) <= MOST:
+            a, b = pending.pop()
+            ends = tuple(zip(at(a), at(b), strict=True))
+            level = border.over(*(tuple(f(pair) for pair in ends) for f in (min, max)))  # type: ignore[arg-type]
+            if level.low > 0.0 or level.high < 0.0:
+                continue
+            if b - a > NARROW * (high - low):
+                pending += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
+            elif (border.at(*at(a)) > 0.0) != (border.at(*at(b)) > 0.0):
+                found.append(_bisected(lambda t: border.at(*at(t)) > 0.0, a, b))
+        return [] if pending else sorted(t for t in found if low + slack < t < high - slack)
+
+    # -------------------------------------------------------------- whether it matters
+
+    def _holds(self, place: Place) -> bool:
+        x, y, z = self.shape.place(**place)
+        return bool(self.condition.holds(x, y, z, self.extent))
+
+    def _samples(self, axis: str, where: Sequence[tuple[str, float]]) -> Iterator[dict[str, float]]:
+        """Values of all coordinates but one: the ends, those at which there are borders, between these, and others."""
+        columns = []
+        for name, (low, high) in self.shape.spans.items():
+            if name == axis:
+                continue
+            even = [low + (high - low) * (i + 0.5) / STEPS for i in range(STEPS)]
+            known = sorted({low, high, *(at for other, at in where if other == name)})
+            between = [0.5 * (a + b) for a, b in pairwise(known)]
+            columns.append([(name, value) for value in (*known, *between, *even)])
+        return (dict(row) for row in product(*columns))
+
+    def _bounds(self, axis: str, at: float, where: Sequence[tuple[str, float]]) -> bool:
+        """Whether the selection changes across a surface, on the body or in it."""
+        low, high = self.shape.spans[axis]
+        aside = ASIDE * (high - low)
+        near = [t for t in (at - aside, at, at + aside) if low <= t <= high]
+        return any(len({self._holds({**others, axis: t}) for t in near}) == 2 for others in self._samples(axis, where))
+
+    def _held_to_the_end(self, axis: str, at: float) -> bool:
+        """Whether all between a surface and the nearer end of the body is selected."""
+        low, high = self.shape.spans[axis]
+        end = low if at - low < high - at else high
+        if axis == "radius" and end == low:
+            return False
+        between = (0.5 * (at + end), at + 0.1 * (end - at), end)
+        return all(self._holds({**others, axis: t}) for t in between for others in self._samples(axis, ()))
+
+    def _along(self, chord: Cut, where: Sequence[tuple[str, float]]) -> bool:
+        """Whether the selection changes across a chord of a cylinder's section."""
+        radius = self.shape.spans["radius"][1]
+        half, aside = math.sqrt(radius**2 - chord.at**2), ASIDE * radius
+        stations = sorted({row["along"] for row in self._samples("radius", where)})
+        for q, s in product([half * (2 * i + 1 - STEPS) / STEPS for i in range(STEPS)], stations):
+            sides = ((chord.at + step, q) for step in (-aside, aside))
+            held = [
+                self._holds({"radius": math.hypot(p, q), "turn": chord.turn + math.atan2(q, p), "along": s})
+                for p, q in sides
+            ]
+            if held[0] != held[1]:
+                return True
+        return False
+
+
+def _strewn(share: float, number: int) -> float:
+    """Shares of several spans that do not lie on one line."""
+    return (share + 0.31 * number) % 0.97 + 0.015
+
+
+def _alike(one: Sequence[float], other: Sequence[float], slack: float) -> bool:
+    return len(one) == len(other) and all(abs(a - b) <= slack for a, b in zip(one, other, strict=True))
+
+
+def _bisected(above: Any, a: float, b: float) -> float:
+    """Where a sign changes between a and b, to the last digits."""
+    first = above(a)
+    for _ in range(60):
+        middle = 0.5 * (a + b)
+        a, b = (middle, b) if above(middle) == first else (a, middle)
+    return 0.5 * (a + b)

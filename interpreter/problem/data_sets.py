@@ -1,0 +1,48 @@
+"""Public data sets that a scene names: fetched when it runs, never when it is checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from softmark.interpreter.language.compiled_scene import Location
+from softmark.interpreter.problem.body_case import fault
+from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.shapes import MeshFile
+from softmark.solvers.mesh.surface_bodies import Filled
+
+AnyShape = TypeVar("AnyShape", bound=Shape)
+
+
+def located(shape: AnyShape, at: Location) -> AnyShape:
+    """A shape whose file, if it is a data set, is here now. Raises Fault where it cannot be had."""
+    path = shape.file
+    if isinstance(shape, Combined) and not shape.fault:
+        one, other = (located(own, at) for own in shape.pair)
+        combined: AnyShape = replace(shape, one=one, other=other)
+        return combined
+    if shape.flat and shape.prebuilt:
+        return _of_region(shape, at)
+    if not isinstance(shape, MeshFile | Filled) or not path.startswith("data:"):
+        return shape
+    from softmark.references.data_download import Unavailable, find
+
+    try:
+        here: AnyShape = replace(shape, path=str(find(path)))
+        return here
+    except Unavailable as failure:
+        raise fault(
+            "E406", at, f"the data set `{path}` is not available: {failure.reason}", help=failure.remedy
+        ) from failure
+
+
+def _of_region(shape: AnyShape, at: Location) -> AnyShape:
+    """The same of a plane region in a file."""
+    from softmark.solvers.mesh.plane_region_files import FlatFile  # of no other scene
+
+    if not isinstance(shape, FlatFile):
+        return shape
+    region: Any = shape.region
+    here: AnyShape = replace(shape, region=located(region, at))
+    return here

@@ -1,0 +1,51 @@
+"""Estimates in one line, for warnings before anything is computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, Routed, Turning
+from softmark.solvers.mesh.shape import Prism, cross
+
+
+def bending_angle(case: Case) -> float | None:
+    """Slope (rad) at the free end of a straight beam by small-deflection theory, or None where it is none.
+
+    w L^3 / (6 EI) under a distributed, P L^2 / (2 EI) under an end force, M L / EI under an end moment
+    (Timoshenko 1955).
+    """
+    shape = case.shape
+    if not isinstance(shape, Prism) or case.parts:
+        return None
+    EI: float = case.material.young * min(shape.section.moments)
+    per_length = case.material.density * shape.section.area
+    along = shape.axis
+    distributed = _across([per_length * g for g in case.gravity], along)
+    turned = _across([sum(m[i] for m in (_moment(d, shape) for d in case.loads)) for i in range(3)], along)
+    ends = [_force(d.thing.action, shape) for d in case.loads]
+    end = _across([sum(f[i] for f in ends) for i in range(3)], along)
+    length: float = shape.length
+    return (distributed * length**3 / 6 + end * length**2 / 2 + turned * length) / EI
+
+
+def _force(action: Any, shape: Prism) -> tuple[float, ...]:
+    if isinstance(action, AtPoint):
+        return action.force
+    if isinstance(action, PerArea):  # as if on the end face; an estimate
+        return tuple(t * shape.section.area for t in action.traction)
+    return (0.0, 0.0, 0.0)
+
+
+def _moment(load: Any, shape: Prism) -> tuple[float, ...]:
+    action = load.thing.action
+    if isinstance(action, Routed):  # its pull on the mean of the arms at its ends
+        middle = (0.5 * (a + b) - r for a, b, r in zip(action.begin, action.end, shape.root, strict=True))
+        return cross(tuple(middle), tuple(-action.tension * a for a in shape.axis))
+    return action.moment if isinstance(action, Turning) else (0.0, 0.0, 0.0)
+
+
+def _across(vector: list[float], axis: tuple[float, ...]) -> float:
+    """Length of the part of a vector that is perpendicular to the axis."""
+    along = sum(v * a for v, a in zip(vector, axis, strict=True))
+    return float(sum((v - along * a) ** 2 for v, a in zip(vector, axis, strict=True)) ** 0.5)

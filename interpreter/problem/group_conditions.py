@@ -1,0 +1,137 @@
+"""Conditions with named groups of a mesh file, apart into conditions on coordinates: one for the members of each group,
+of each two, and so on. Of a condition without groups nothing changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Remedy, did_you_mean
+from softmark.grammar.name_suggestions import nearest
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.body_case import Fault, fault
+from softmark.interpreter.problem.data_sets import located
+from softmark.solvers.elements.tet4 import Tet4
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.mesh.mesh import Floats, Mesh
+
+    Mask = NDArray[np.bool_]
+    Members = Callable[[str], Mask]
+
+LISTED = 20  # groups of a file that a message names
+
+
+def apart(condition: Condition, members: Members) -> Iterator[tuple[Condition, Any]]:
+    """What a condition means for things of which `members` says which are in a group: on coordinates, and for which.
+
+    All of them without groups; with them those that have their memberships in common.
+    """
+    if not condition.groups:
+        yield condition, slice(None)
+        return
+    known = np.stack([members(name) for name in condition.groups], axis=1)  # (n, g)
+    patterns, which = np.unique(known, axis=0, return_inverse=True)
+    for i, pattern in enumerate(patterns.tolist()):
+        yield condition.given_of(dict(zip(condition.groups, pattern, strict=True))), which.ravel() == i
+
+
+def of_cells(mesh: Mesh) -> Members:
+    """Which cells are in a group (m,)."""
+    return partial(_found, "cells_in", mesh)
+
+
+def of_facets(mesh: Mesh) -> Members:
+    """Which boundary facets are (f,); in one of cells those of its cells."""
+    return partial(_found, "facets_in", mesh)
+
+
+def of_nodes(mesh: Mesh) -> Members:
+    """Which nodes belong to something in a group (n,)."""
+    return partial(_found, "nodes_in", mesh)
+
+
+def of_places(case: Case, X: Floats) -> Members:
+    """Which points X (n, 3), m, within a body lie in a cell of a group (n,)."""
+    if not case.groups:
+        return lambda name: np.zeros(len(X), dtype=np.bool_)
+    from softmark.solvers.mesh.element_interpolation import locate
+    from softmark.solvers.mesh.mesh_groups import cells_at
+
+    mesh = located(case.shape, case.shaped).named(Tet4.name)
+    nodes = locate(mesh, X).nodes
+    return lambda name: cells_at(mesh, name, nodes)
+
+
+def _found(of: str, mesh: Mesh, name: str) -> Mask:
+    from softmark.solvers.mesh import mesh_groups  # no mesh without names needs it
+
+    found: Mask = getattr(mesh_groups, of)(mesh, name)
+    return found
+
+
+# ------------------------------------------------------------------ what may be wrong with them
+
+
+NAMELESS = "it names none: physical groups of Gmsh, ELSET, NSET or SURFACE of Abaqus, whole numbers on cells of VTU do"
+
+
+def check(regions: Iterable[Declared], mesh: Mesh) -> None:
+    """Refuse regions that a mesh does not have, or not as they are used. Raises Fault."""
+    for region in regions:
+        _has(region, mesh)
+        _is_sound(region, mesh)
+
+
+def _has(region: Declared, mesh: Mesh) -> None:
+    known, name = mesh.groups or {}, region.thing.name
+    if name in known:
+        return
+    listed = [f"`{n}` ({own.described})" for n, own in list(known.items())[:LISTED]]
+    more = [f"and {len(known) - LISTED} more"] if len(known) > LISTED else []
+    close = nearest(name, list(known))
+    help: str | Remedy = NAMELESS
+    if known:
+        groups = f"groups of the file: {', '.join([*listed, *more])}"
+        help = did_you_mean(close, f'"{close}"', f" {groups}") if close else groups
+    problem = f"the mesh of `{region.thing.body}` has no group `{name}`"
+    raise fault("E324", region.at("name"), problem, "not in the file", help)
+
+
+def _is_sound(region: Declared, mesh: Mesh) -> None:
+    own, name, at = (mesh.groups or {})[region.thing.name], region.thing.name, region.at("name")
+    count = len(own.members) + own.foreign
+    if not count:
+        help = "write the mesh with something in this group, or leave the region out"
+        raise fault("E326", at, f"the group `{name}` is empty", "nothing in it", help)
+    if own.kind != "cells" and region.thing.material is not None:
+        problem = f"`{region.name}` is a group of {own.kind}, and {own.kind} are made of nothing"
+        help = "a material goes to a group of cells; leave `material` out"
+        raise fault("E325", region.at("material"), problem, own.described, help)
+    if own.foreign:
+        what = "node" if own.kind == "nodes" else "face"
+        problem = f"{own.foreign} of {count} members of the group `{name}` are no {what} of a solid cell"
+        help = (
+            "name faces of the mesh itself, between the same nodes; halves of the faces of hexahedra, and shells "
+            "beside the body are none"
+        )
+        raise fault("E326", at, problem, own.described, help)
+    if own.inside:
+        problem = f"{own.inside} of {count} faces of the group `{name}` lie inside the body"
+        help = "supports, loads and probes are on the surface: name faces of it, or the cells on one side"
+        raise fault("E326", at, problem, own.described, help)
+
+
+def unplaced(declared: Declared) -> Fault:
+    """That points alone are asked for a group."""
+    names = ", ".join(f"`{name}`" for name in declared.value("where").groups)
+    problem = f"`{declared.name}` looks at points alone, and no place tells whether it is in {names}"
+    help = "use a `surface` or a `volume`, or a condition on coordinates"
+    return fault("E325", declared.at("where"), problem, "a group of cells or faces", help)

@@ -1,0 +1,240 @@
+"""From a scene to the round body with a core or a hole that is pulled from afar, and what theory says of its stress."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.conforming_mesh import cuts_for
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import Follower, Tensile
+from softmark.interpreter.vocabulary.support_words import Symmetric
+from softmark.records import dataclass
+from softmark.references.inclusion import Hookean, RoundCore
+from softmark.references.straight_cantilever import Refused
+from softmark.solvers.materials.linear_elastic import LinearElastic
+from softmark.solvers.mesh.plane_regions import QuarterRing, Slice
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.mesh.mesh import Floats
+    from softmark.solvers.stress_recovery.stress_measures import Tensors
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+Vector3 = tuple[float, float, float]
+
+WAYS = ((0.36, 0.48, 0.8), (0.8, 0.6, 0.0), (0.6, 0.0, 0.8), (0.0, 0.28, 0.96), (2 / 3, 1 / 3, 2 / 3), (1.0, 0.0, 0.0))
+PLANE = ((0.6, 0.8, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.28, 0.96, 0.0))
+ROUND = 1e-9  # of the body's size: how much a border may vary around the centre
+IN_PLANE = 1e-9  # of the body's size: how far beside the centre a plane of symmetry may lie
+BALL = 'a `sphere(part = octant)` with one part around its centre, a `spherical_shell(part = octant)`, or a '\
+       '`quarter_ring` that turns'  # fmt: skip
+SMALL = 0.01  # gradient of the displacement up to which small strain and rotation are said nothing of
+LARGE = "it takes strains and rotations for small, which come to {:.3g} %: a body that obeys large ones differs"
+PULLS = "`tension(...)` and `pressure(...)` on all of the outer border, and nothing else"
+
+
+def core_of(reference: Declared, case: Case) -> RoundCore:
+    """The round body of a case. Raises Refused where an assumption of the theory is broken."""
+    about = reference.thing.about
+    if isinstance(case.analysis, Dynamic):
+        raise Refused("the analysis is dynamic", "the closed form is one of rest")
+    for material in (case.body.thing.material, *(part.thing.material for part in case.parts)):
+        if not isinstance(material, LinearElastic):
+            raise Refused(f"`{case.body.name}` is not of linear elastic solids", "use `linear_elastic(...)`")
+    inner, outer, centre = _hole(case) if about == "hole" else ball(case)
+    planes = (0, 1, 2) if not case.planar else (1,) if case.depth else (0, 1)
+    held(case, planes, centre, outer)
+    stress = _stress(case, inner, outer, centre)
+    core = _hookean(case.parts[0].thing.material, case) if case.parts else None
+    thin = case.body.thing.material.poisson if case.planar == "plane_stress" else None
+    n = 2 if about == "hole" else 3
+    return RoundCore(n, core, _hookean(case.body.thing.material, case), inner, outer, stress, centre, thin)
+
+
+def _hookean(material: LinearElastic, case: Case) -> Hookean:
+    nu = material.poisson
+    return Hookean(material.shear_modulus, nu / (1.0 + nu) if case.planar == "plane_stress" else nu)
+
+
+# ------------------------------------------------------------------ the body
+
+
+def _ring(case: Case) -> tuple[float, float]:
+    """The radii of a quarter ring of circles. Raises Refused."""
+    region = case.shape.region if isinstance(case.shape, Slice) else None
+    if not isinstance(region, QuarterRing) or case.parts:
+        raise Refused(f"`{case.body.name}` is no ring of one material", "use `quarter_ring(inner = ..., outer = ...)`")
+    if region.inner_y not in (None, region.inner) or region.outer_y not in (None, region.outer):
+        raise Refused("its borders are no circles", "leave `inner_y` and `outer_y` out")
+    return region.inner, region.outer
+
+
+def _hole(case: Case) -> tuple[float, float, Vector3]:
+    """Radii and centre of a plate with a hole. Raises Refused."""
+    if case.planar not in ("plane_strain", "plane_stress"):
+        raise Refused(f"`{case.body.name}` is no plate", "use `plane_stress(...)` or `plane_strain(...)`")
+    return *_ring(case), (0.0, 0.0, 0.0)
+
+
+def ball(case: Case) -> tuple[float, float, Vector3]:
+    """Radii of inclusion and ball, and their centre. Raises Refused."""
+    shape, name = case.shape, case.body.name
+    if case.planar == "axisymmetric":
+        return *_ring(case), (0.0, 0.0, 0.0)
+    if not isinstance(shape, Sphere | SphericalShell) or shape.part != "octant":
+        raise Refused(f"`{name}` is no octant of a ball", f"use {BALL}")
+    if isinstance(shape, SphericalShell):
+        if case.parts:
+            raise Refused(f"`{name}` has a hollow and parts of other materials", "use one or the other")
+        return shape.inner, shape.radius, shape.origin
+    if len(case.parts) != 1:
+        raise Refused(f"`{name}` has {len(case.parts) or 'no'} parts of other materials", "declare one inclusion")
+    return _radius(case.parts[0], shape), shape.radius, shape.origin
+
+
+def _radius(part: Declared, shape: Sphere) -> float:
+    """Of an inclusion around the centre. Raises Refused."""
+    where: Condition = part.thing.where
+    cuts = [cut for cut in cuts_for(where, shape) if cut.axis == "radius"]
+    if not even(where, shape.origin, shape.radius) or len(cuts) != 1:
+        raise Refused(f"the part `{part.name}` is no sphere around the centre of the ball",
+                      f"its border is a sphere: `where = x^2 + y^2 + z^2 <= a^2`{_from(shape.origin)}")  # fmt: skip
+    if not holds(where, shape.origin, 0.5 * cuts[0].at, shape.diagonal):
+        raise Refused(f"the part `{part.name}` is what lies around the inclusion", "declare the inclusion as the part")
+    return float(cuts[0].at)
+
+
+def _from(origin: Vector3) -> str:
+    return ", with distances from its centre" if any(origin) else ""
+
+
+def even(where: Condition, centre: Vector3, radius: float, planar: bool = False) -> bool:
+    """Whether a condition is about the distance from the centre alone: all of its borders are."""
+    ways = PLANE if planar else WAYS
+    return not where.groups and all(
+        max(levels) - min(levels) <= ROUND * radius**border.power
+        for border in where.borders
+        for r in (0.37 * radius, radius)
+        for levels in [[border.at(*_at(centre, r, way)) for way in ways]]
+    )
+
+
+def _at(centre: Vector3, radius: float, way: Vector3) -> Vector3:
+    x, y, z = (c + radius * w / math.hypot(*way) for c, w in zip(centre, way, strict=True))
+    return x, y, z
+
+
+def holds(where: Condition, centre: Vector3, radius: float, extent: float) -> bool:
+    """Whether a condition on the distance from the centre holds at that distance."""
+    return bool(where.holds(*_at(centre, radius, PLANE[0]), extent))
+
+
+# ------------------------------------------------------------------ what holds and pulls it
+
+
+def held(case: Case, planes: tuple[int, ...], centre: Vector3, size: float) -> None:
+    """Nothing but the planes of symmetry through the centre hold it, and all of them do. Raises Refused."""
+    found = set()
+    for support in case.named_supports:
+        normal = support.thing.normal if isinstance(support.thing, Symmetric) else None
+        if normal is None or abs(normal[1] - centre[normal[0]]) > IN_PLANE * size:
+            raise Refused(f"the support `{support.name}` is no plane of symmetry through the centre",
+                          "hold it by `symmetric(...)` alone")  # fmt: skip
+        found.add(normal[0])
+    if missing := [axis for axis in planes if axis not in found]:
+        raise Refused(f"its plane across {'xyz'[missing[0]]} through the centre is not held",
+                      "a part of a ball or a ring stands for all of it by `symmetric(...)` on its planes")  # fmt: skip
+
+
+def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
+    """The uniform stress whose tractions act on all of the outer border: along x, y and z, Pa. Raises Refused."""
+    total = [0.0, 0.0, 0.0]
+    for load in case.loads:
+        action = load.thing.action
+        if not isinstance(action, Tensile | Follower):
+            raise Refused(f"the load `{load.name}` acts as well", f"it takes {PULLS}")
+        if not _on_border(action.where, case, inner, outer, centre):
+            raise Refused(f"the load `{load.name}` does not act on all of the outer border alone",
+                          f"it is at one distance: `where = x^2 + y^2 + z^2 >= b^2`{_from(centre)}")  # fmt: skip
+        for axis, along in enumerate(_along(load, case)):
+            total[axis] += along
+    if not case.loads:
+        raise Refused("nothing pulls at it", f"it takes {PULLS}")
+    return total[0], total[1], total[2]
+
+
+def _on_border(where: Condition, case: Case, inner: float, outer: float, centre: Vector3) -> bool:
+    """Whether a condition holds on all of the outer border, and not in a hole."""
+    extent, hollow = case.shape.diagonal, not case.parts
+    return (
+        even(where, centre, outer, bool(case.planar))
+        and holds(where, centre, outer, extent)
+        and not (hollow and holds(where, centre, inner, extent))
+    )
+
+
+def _along(load: Declared, case: Case) -> Vector3:
+    """The uniform stress that a load is the traction of: along x, y and z, Pa. Raises Refused."""
+    action = load.thing.action
+    if isinstance(action, Follower):
+        p = -action.pressure
+        return p, p, 0.0 if case.planar and not case.depth else p
+    x, y, z = (action.stress * c**2 for c in action.direction)
+    if max(map(abs, action.direction)) < 1.0:
+        raise Refused(f"`{load.name}` pulls askew", "a tension along x, y or z is symmetric to all planes")
+    return x, y, x if case.depth else z  # across the axis of a body of revolution it pulls all around
+
+
+# ------------------------------------------------------------------ what theory says of stress
+
+
+def said(core: RoundCore) -> str:
+    """What the finite size of the body makes, in a sentence."""
+    place = "around the hole" if core.core is None else "at the border of the inclusion"
+    doubt = doubt_of(core)
+    return (
+        f"it is exact for a body of this size; stress {place} differs from that in a body without end by up to "
+        f"{100.0 * core.size_matters:.3g} % of that from afar"
+    ) + (f"; {doubt}" if doubt else "")
+
+
+def doubt_of(core: RoundCore) -> str | None:
+    """Why the theory is not the truth of the body: deformations that are not small."""
+    large = core.largest_gradient
+    return LARGE.format(100.0 * large) if large > SMALL else None
+
+
+@dataclass(frozen=True)
+class Told(WithoutCells):
+    """The stress of a theory, as metrics ask it of a model: exact, and the same in all cells, for it has none."""
+
+    theory: RoundCore
+
+    def at(self, X: Floats) -> Tensors:
+        """At points X (n, 3) of the undeformed body."""
+        from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
+        from softmark.solvers.stress_recovery.stress_measures import Tensors
+
+        H, sigma = self.theory.fields(X)
+        return Tensors(np.stack([sigma[:, i, j] for i, j in SYMMETRIC], axis=1), H.reshape(-1, 9), True)
+
+    def shared(self, X: Floats) -> int:
+        """How many of the points X (n, 3) have more than one stress."""
+        return int(self.theory.on_border(X).sum())
+
+    @property
+    def usual(self) -> tuple[float, float, float]:
+        """The norms of the stress from afar, Pa, of the strain that it makes in the matrix, and of its deviator, Pa."""
+        stress, mean = self.theory.stress, sum(self.theory.stress) / 3.0
+        far = 0.5 / self.theory.matrix.shear_modulus
+        deviator = math.hypot(*(t - mean for t in stress))
+        soft = self.theory.matrix.softness(3) * mean
+        return math.hypot(*stress), math.hypot(far * deviator, math.sqrt(3.0) * soft), deviator

@@ -1,0 +1,72 @@
+"""What rigid bodies press with, as theories of contact ask for it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from softmark.records import dataclass
+from softmark.references.indentation import Kind
+from softmark.references.straight_cantilever import Refused, Vector
+from softmark.solvers.mesh.revolved_bodies import Cone
+from softmark.solvers.mesh.rigid_shapes import Punch, Tip
+from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
+from softmark.solvers.mesh.shapes import Cylinder
+from softmark.solvers.mesh.spheres import Sphere
+
+ALIGNED = 1e-6  # of a direction: how far an axis may lean
+ALONG = "use `cylinder(..., axis = +z)`"
+
+
+@dataclass(frozen=True)
+class Indenter:
+    """What meets a face first: a round body, by a point of its surface and its size (see `Pressed`)."""
+
+    kind: Kind
+    size: float  # m, or rad of a cone
+    foot: Vector  # m, the point that comes first
+    edge: float = 0.0  # m, the radius of a rounded rim or tip
+    reach: float = math.inf  # m, the depth up to which it is that
+
+
+def indenter(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
+    """What a rigid body presses a face with, whose unit normal looks out. Raises Refused."""
+    if isinstance(shape, Sphere):
+        if shape.part != "whole":
+            raise Refused(f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry")
+        if planar == "plane_strain":
+            raise Refused(f"in plane strain `{name}` is cut as a cylinder", ALONG)
+        return Indenter("sphere", shape.radius, moved(shape.origin, (-shape.radius, normal)))
+    if isinstance(shape, Cylinder) and planar == "plane_strain":
+        if math.hypot(*shape.axis[:2]) > ALIGNED:
+            raise Refused(f"the axis of `{name}` is not along z", ALONG)
+        middle = with_coordinate(shape.origin, 2, 0.0)  # of the slice
+        return Indenter("cylinder", shape.radius, moved(middle, (-shape.radius, normal)))
+    if isinstance(shape, Cylinder | Cone | Punch | Tip):
+        if planar == "plane_strain":
+            raise Refused(f"in plane strain `{name}` is cut along its axis", ALONG)
+        return _upright(name, shape, normal)
+    raise Refused(f"`{name}` is no sphere, cylinder, cone or punch", "use one of these")
+
+
+def _upright(name: str, shape: Any, normal: Vector) -> Indenter:
+    """The end of a body of revolution. Raises Refused where its axis is not normal to the face."""
+    if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
+        raise Refused(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
+    first = dot(shape.axis, normal) > 0.0  # whether the end at `origin` comes first
+    foot = shape.origin if first else moved(shape.origin, (shape.length, shape.axis))
+    if isinstance(shape, Cylinder):
+        return Indenter("punch", shape.radius, foot)
+    if isinstance(shape, Punch):
+        return Indenter("punch", shape.radius - shape.rounding, foot, shape.rounding)
+    if isinstance(shape, Tip):
+        if not first:
+            raise Refused(f"`{name}` presses with its blunt end", "turn it round")
+        angle = 0.5 * shape.angle
+        return Indenter("cone", angle, foot, shape.rounding, shape.length - 2.0 * shape.rounding)
+    here, there = (shape.radius, shape.end) if first else (shape.end, shape.radius)
+    if here == 0.0:
+        return Indenter("cone", math.atan(there / shape.length), foot, reach=shape.length)
+    if there > here:
+        raise Refused(f"the end of `{name}` is a cone that was cut off", "use a cone with a tip, or a cylinder")
+    return Indenter("punch", here, foot)

@@ -1,0 +1,99 @@
+"""Parts of a body that have materials of their own: which condition each is left with, where some lie over others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Condition, Point
+from softmark.interpreter.problem.body_case import Case, Fault, fault
+
+MOST = 3000  # boxes in which an overlap is looked for when a scene is checked
+
+
+def remaining(case: Case) -> tuple[Condition, ...]:
+    """Where each part has its material: what it selects, without the parts that lie over it.
+
+    What parts of one material share counts for the first of them.
+    """
+    found = []
+    for i, part in enumerate(case.parts):
+        where = part.thing.where
+        for j, other in enumerate(case.parts):
+            alike = other.thing.material == part.thing.material and other.name not in part.thing.over
+            if part.name in other.thing.over or (alike and j < i):
+                where = Condition.junction("and", where, Condition.negation(other.thing.where))
+        found.append(where)
+    return tuple(found)
+
+
+def number(case: Case, X: Any, members: Callable[[str], Any]) -> Any:
+    """Which of the case's materials each point X (n, 3), m, is of (n,): 0 that of the body.
+
+    `members` tells which of them are of a named group.
+    """
+    import numpy as np
+
+    from softmark.interpreter.problem.group_conditions import apart
+
+    found = np.zeros(len(X), dtype=np.int64)
+    bounds = case.shape.bounds or (X.min(axis=0), X.max(axis=0))
+    for i, where in enumerate(remaining(case), start=1):
+        for own, which in apart(where, members):
+            x, y, z = X[which].T
+            held = np.broadcast_to(own.holds(x, y, z, math.dist(*bounds)), len(x))
+            found[which] = np.where(held, i, found[which])
+    return found
+
+
+def unordered(case: Case) -> list[tuple[Declared, Declared]]:
+    """Pairs of parts of different materials of which none is said to lie over the other."""
+    return [
+        (a, b) for a, b in combinations(case.parts, 2)
+        if a.thing.material != b.thing.material and a.name not in b.thing.over and b.name not in a.thing.over
+    ]  # fmt: skip
+
+
+def overlap(a: Declared, b: Declared, label: str) -> Fault:
+    """A Fault of two parts that overlap."""
+    return fault(
+        "E592", b.at("where" if b.thing.group is None else "name"),
+        f"`{a.name}` and `{b.name}` overlap and are of different materials", label,
+        f"say which lies over the other: `over = [{a.name}]` in `{b.name}`, or select without the other: "
+        f"`where = ... and not {a.name}`",
+    )  # fmt: skip
+
+
+def common(a: Condition, b: Condition, low: Point, high: Point) -> Point | None:
+    """The middle of a box in which two conditions hold everywhere; None where none was found.
+
+    The box from `low` to `high` (m) is halved again and again across its longest side, the largest first.
+    """
+    extent, boxes = math.dist(low, high), [(low, high)]
+    for low, high in boxes:  # which grows
+        bounds = [where.over(low, high, extent) for where in (a, b)]
+        if not all(true for _, true in bounds):
+            continue
+        if not any(false for false, _ in bounds):
+            x, y, z = (0.5 * (p + q) for p, q in zip(low, high, strict=True))
+            return x, y, z
+        if len(boxes) < MOST:
+            boxes += _halves(low, high)
+    return None
+
+
+def _halves(low: Sequence[float], high: Sequence[float]) -> list[tuple[Point, Point]]:
+    """A box cut across its longest side."""
+    i = max(range(3), key=lambda k: high[k] - low[k])
+    middle = 0.5 * (low[i] + high[i])
+    upper, lower = list(high), list(low)
+    upper[i] = lower[i] = middle
+    return [(_point(low), _point(upper)), (_point(lower), _point(high))]
+
+
+def _point(p: Sequence[float]) -> Point:
+    x, y, z = p
+    return x, y, z

@@ -1,0 +1,27 @@
+"""Where a rigid body and the plane of a body that it is to touch have nothing in common."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.message_builder import diagnostic
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.compiled_scene import Declared
+
+
+def beside_plane(rigid: Declared, body: Declared, low: float, high: float) -> Diagnostic | None:
+    """That the plane of a plane body misses a rigid one, which is at z from `low` to `high`, m; None where it does not.
+
+    What presses is the section at z = 0: there is none of what lies beside it, or ends in it.
+    """
+    if not body.thing.planar or low < 0.0 < high:
+        return None
+    ends = f"{units.show(low, units.LENGTH)} to {units.show(high, units.LENGTH)}"
+    problem = f"the plane of `{body.name}`, z = 0, does not go through `{rigid.name}`, which is at z from {ends}"
+    remedy = "what presses on a body in the plane is its section at z = 0: let it lie on both sides of that, "
+    moved = isinstance(getattr(rigid.thing.shape, "path", None), str)
+    remedy += "by other coordinates in its file" if moved else "by an `origin` below it"
+    return diagnostic("E659", rigid.at("shape"), problem, "beside the plane", remedy)

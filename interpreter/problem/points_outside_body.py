@@ -1,0 +1,71 @@
+"""Points that somebody measured, or that another mesh has, beside the body that they are said to be of."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Case, fault
+from softmark.interpreter.problem.data_sets import located
+from softmark.solvers.mesh.shape import Swept
+from softmark.solvers.mesh.shapes import MeshFile
+
+Floats = NDArray[np.float64]
+
+BESIDE = 0.01  # of the body's diagonal: what marks on a surface, and meshes of it, may lie off it
+
+
+def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tuple[Diagnostic, ...]]:
+    """Which points X (n, 3), m, lie in the body or next to it, and a warning about those that do not.
+
+    A displacement outside the body is extrapolated: next to its surface that is a matter of its curvature and of
+    where the marks are drawn; farther out it is a number about nothing. Raises Fault where none is left.
+    """
+    far, extent = distances(case, X)
+    inside = far <= BESIDE * extent
+    if inside.all():
+        return inside, ()
+    at, count = probe.at("of" if "of" in probe.fields else "mesh"), int((~inside).sum())
+    most, body = units.show(float(far.max()), units.LENGTH), case.body.name
+    help_ = "look at the unit, the origin and the axes of the file; points are those of the body before it deforms"
+    if not inside.any():
+        problem = f"all {count} points of `{probe.name}` lie outside `{body}`, by {most} and less"
+        raise fault("E504", at, problem, "not in the body", help_)
+    first = units.show_all(tuple(float(x) for x in X[int(np.argmax(far))]), units.LENGTH)
+    problem = f"{count} of {len(X)} points of `{probe.name}` lie outside `{body}`, by up to {most}, and are left out"
+    return inside, (diagnostic("W379", at, problem, f"the farthest is at {first}", help_),)
+
+
+def distances(case: Case, X: Floats) -> tuple[Floats, float]:
+    """How far each point X (n, 3) lies outside a body (n,), and the body's diagonal, both in m."""
+    shape = case.shape
+    if isinstance(shape, MeshFile):
+        from softmark.solvers.mesh.element_interpolation import locate
+        from softmark.solvers.mesh.files.mesh_reader import read
+
+        known = located(shape, case.shaped)
+        mesh = read(known.path, known.unit, known.coincident, pieces=known.pieces)
+        return locate(mesh, X).outside, mesh.extent
+    bounds = located(shape, case.shaped).bounds
+    assert bounds is not None  # but of a file of cells
+    low, high = (np.array(end) for end in bounds)
+    extent = float(np.linalg.norm(high - low))
+    return (_of_swept(shape, X) if isinstance(shape, Swept) else _of_box(low, high, X)), extent
+
+
+def _of_box(low: Floats, high: Floats, X: Floats) -> Floats:
+    """Of the bounds of a shape of which nothing else is known: at most what is right."""
+    found: Floats = np.linalg.norm(np.maximum(np.maximum(low - X, X - high), 0.0), axis=1)
+    return found
+
+
+def _of_swept(shape: Swept, X: Floats) -> Floats:
+    """Of a body along an axis: exactly of a straight one, and of a bent one beside its ends as if it went on."""
+    s, u, v = shape.coordinates(X)
+    along = np.maximum(np.maximum(-s, s - shape.length), 0.0)
+    found: Floats = np.hypot(along, shape.section.outside(u, v))
+    return found

@@ -1,0 +1,137 @@
+"""From a scene to the bar that relaxes, and what its theory says of forces."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.axial_selection import end_of, seen_from
+from softmark.interpreter.problem.bar_theory import ALIGNED
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.results.reaction_results import AtRest, Reaction
+from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, in_full
+from softmark.interpreter.vocabulary.analysis_words import Quasistatic
+from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.interpreter.vocabulary.support_words import Holding
+from softmark.references.prony import Driven, RelaxingBar, Swing
+from softmark.references.straight_cantilever import Refused
+from softmark.solvers.materials.viscoelastic import Viscous
+from softmark.solvers.mesh.shape import Prism, cross, dot, moved, with_coordinate
+
+REMEDY = "hold one end face along the axis and move or pull the other: `displaced(...)` or `traction(...)`"
+
+
+def bar_of(case: Case) -> RelaxingBar:
+    """The bar of a case, at its time. Raises Refused where an assumption of the theory is broken."""
+    shape, name, material, analysis = case.shape, case.body.name, case.material, case.analysis
+    if not isinstance(shape, Prism):
+        raise Refused(f"`{name}` is no straight body of one section", "it takes a box, a cylinder or a tube")
+    if case.parts or not isinstance(material, Viscous):
+        raise Refused(f"`{name}` is not of one material that relaxes", "use `viscous(...)` for all of it")
+    if not material.branches:
+        raise Refused("no share of its stress relaxes", "give it some, or compare with the theory of an elastic body")
+    if material.of == "shape" and material.poisson != 0.5:
+        raise Refused("its bulk modulus stays while its shear modulus relaxes", "use `of = whole`, or `poisson = 0.5`")
+    if not isinstance(analysis, Quasistatic):
+        raise Refused("the analysis follows no time course without inertia", "declare `quasistatic(...)`")
+    held, driving, amount = _ends(case)
+    root, axis = seen_from(shape, held)
+    force = driving.kind == "load"
+    g, tau = zip(*material.branches, strict=True)
+    now = analysis.now
+    sign = dot(amount, axis)
+    if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
+        raise Refused(f"`{driving.name}` does not act along the axis", REMEDY)
+    course = in_full(driving.thing).course
+    area = shape.section.area
+    return RelaxingBar(shape.length, area, root, axis, _still(case, root), material.young, material.poisson, g, tau,
+                       force, sign * (area if force else 1.0), driven_by(course, now), now)  # fmt: skip
+
+
+def _ends(case: Case) -> tuple[int, Declared, Any]:
+    """Which end is held, 0 the root, what drives the other and by how much. Raises Refused."""
+    shape = case.prism
+    ends: dict[int, Declared] = {}
+    for support in case.supports:
+        thing = in_full(support.thing)
+        along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
+        if not isinstance(thing, Holding):
+            raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
+        if not any(along):
+            if thing.moves:
+                raise Refused(f"the support `{support.name}` moves it across its axis", REMEDY)
+            continue
+        if not all(along) and case.material.poisson != 0.0:
+            raise Refused(f"the support `{support.name}` keeps its end from growing thinner", REMEDY)
+        if (end := end_of(thing.where, shape)) is None or end in ends:
+            raise Refused(f"the support `{support.name}` does not take one end face whole and alone", REMEDY)
+        ends[end] = support
+    held = [end for end, support in ends.items() if not in_full(support.thing).moves]
+    movers = [support for support in ends.values() if in_full(support.thing).moves]
+    if len(held) != 1 or len(movers) + len(case.loads) != 1:
+        raise Refused("not one end is held and the other moved or pulled by one thing", REMEDY)
+    if movers:
+        return held[0], movers[0], in_full(movers[0].thing).displacement
+    load = case.loads[0]
+    action = in_full(load.thing).action
+    if not isinstance(action, PerArea) or end_of(action.where, shape) != 1 - held[0]:
+        raise Refused(f"the load `{load.name}` is no traction on the whole of the free end", REMEDY)
+    return held[0], load, action.traction
+
+
+def _still(case: Case, root: Any) -> Any:
+    """A point that does not move across the axis: on the faces that supports hold, else on the axis. Raises Refused."""
+    low, high = case.shape.bounds or (root, root)
+    found = list(root)
+    for support in case.supports:
+        for c in support.thing.components:
+            if abs(case.prism.axis[c]) > ALIGNED:
+                continue
+            x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+            sides = [with_coordinate((x, y, z), c, value) for value in (low[c], root[c], high[c])]
+            holds = [bool(support.thing.where.holds(*p, case.shape.diagonal)) for p in sides]
+            if sum(holds) == 1:
+                found[c] = sides[holds.index(True)][c]
+            elif case.material.poisson != 0.0:
+                raise Refused(f"the support `{support.name}` holds no plane along the axis", REMEDY)
+    return tuple(found)
+
+
+def driven_by(course: Any, now: float) -> Driven:
+    """Jumps and slopes of a course up to a time."""
+    match course:
+        case None:
+            return Driven([(0.0, 1.0)], [])
+        case Ramp(over=over, start=start):
+            return Driven([], [Swing(start, start + over, 1.0 / over)])
+        case Smooth(over=over, start=start):  # (1 - cos)/2: its slope is w/2 sin
+            w = math.pi / over
+            return Driven([], [Swing(start, start + over, -0.5j * w, w)])
+        case Sine(frequency=frequency):
+            w = 2.0 * math.pi * frequency
+            return Driven([], [Swing(0.0, now, w, w)])
+        case Pulse(start=start, until=until):
+            return Driven([(start, 1.0), (until, -1.0)] if start < until else [], [])
+        case Table():
+            times, shares, _ = course.rows
+            rows = list(zip(times, shares, strict=True))
+            slopes = [Swing(max(0.0, a), b, (q - p) / (b - a)) for (a, p), (b, q) in pairwise(rows) if b > 0.0]
+            return Driven([(0.0, course.at(0.0))], slopes)
+    raise Refused("its course is not known to the theory", "use `ramp`, `smooth`, `sine`, `pulse` or `table`")
+
+
+def at_rest(case: Case, bar: RelaxingBar) -> AtRest:
+    """What the theory says of forces."""
+    held, driving, _ = _ends(case)
+    none, found = (0.0, 0.0, 0.0), {}
+    for support in case.supports:
+        end = end_of(support.thing.where, case.prism)
+        along = any(abs(case.prism.axis[c]) > ALIGNED for c in support.thing.components)
+        size = 0.0 if not along else bar.pull if end != held else -bar.pull
+        at = moved(bar.root, (0.0 if end == held else bar.length, bar.axis))
+        force = moved(none, (size, bar.axis))
+        found[support.name] = Reaction(force, cross(at, force), at, none)
+    work = {} if driving.kind != "load" else {driving.name: None}
+    return AtRest(found, work, bar.stored, dissipated=bar.dissipated)

@@ -1,0 +1,76 @@
+"""Materials whose constants vary in space, with one number in place of each: for what is said before they are built."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import product
+from typing import Any
+
+from softmark.interpreter.language.spatial_profiles import Profile
+from softmark.solvers.materials.heterogeneous import with_constants
+from softmark.solvers.materials.isotropic_material import constants
+from softmark.solvers.mesh.boolean_shapes import stamp
+
+ALONG = 9  # places along each axis of a body's box, of which those within it are looked at before anything is built
+ORDINARY = 0.3  # Poisson's ratio
+UNKNOWN = {
+    "young": 1e30,
+    "poisson": 0.0,
+    "density": 1000.0,
+    "tension": 1000.0,
+    "shortening": 0.0,
+}  # of what only files tell: nothing is doubted of it
+
+
+def profiles(material: Any) -> dict[str, Profile]:
+    """The constants of a material that vary in space, by their names."""
+    return {name: value for name, value in constants(material).items() if isinstance(value, Profile)}
+
+
+def typical(material: Any, shape: Any) -> Any:
+    """A material with numbers in place of what varies: means over the body, of Poisson's ratio the largest.
+
+    For what is said of it before anything is built, and for orders of magnitude. One of constant numbers is itself.
+    """
+    new: dict[str, float] = {}
+    for name, profile in _of_all_laws(material).items():
+        seen = [v for _, v in looked(profile, shape) if math.isfinite(v)]
+        if not seen:
+            new[name] = UNKNOWN[name]
+        else:
+            most = max(seen)  # above its range, which is said, it stands for a solid like others
+            largest = max(-0.999, most if most <= 0.5 else ORDINARY)
+            new[name] = largest if name == "poisson" else abs(math.fsum(v / len(seen) for v in seen))
+    return with_constants(material, new) if new else material
+
+
+def _of_all_laws(material: Any) -> dict[str, Profile]:
+    """Return the varying constants of a material and of the laws within it, by name.
+
+    Laws of muscle may not vary. That is an error of its own (E367), and other checks must not fail because of it.
+    """
+    within = vars(material).get("law")
+    return (_of_all_laws(within) if hasattr(within, "varying") else {}) | profiles(material)
+
+
+def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], float]]:
+    """Places of a body, and the constant there; none where only a file tells."""
+    if shape.bounds is None or profile.fields:
+        return
+    yield from _values(profile, shape, stamp(shape))
+
+
+# Each constant is asked for by several checks, and again when a scene is edited elsewhere.
+
+
+@lru_cache(maxsize=32)
+def _values(profile: Profile, shape: Any, files: Any) -> tuple[tuple[tuple[float, ...], float], ...]:
+    return tuple((place, profile.value(place)) for place in _places(shape, files))
+
+
+@lru_cache(maxsize=16)
+def _places(shape: Any, files: Any) -> tuple[tuple[float, ...], ...]:
+    axes = ([a + (b - a) * i / (ALONG - 1) for i in range(ALONG)] for a, b in zip(*shape.bounds, strict=True))
+    return tuple(place for place in product(*axes) if shape.contains(place))

@@ -1,0 +1,30 @@
+"""What closed forms of rubber know of a material."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from softmark.interpreter.problem.body_case import Case
+from softmark.references.rubber_energies import KNOWN, LAWS, Rubber
+from softmark.references.straight_cantilever import Refused
+from softmark.solvers.materials import MATERIALS
+from softmark.solvers.materials.neo_hookean import NeoHookean
+from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+
+OTHER = ("density", "poisson", "bulk", "young", "volumetric")  # fields that a solid that keeps its volume does not feel
+
+
+def word_of(material: Any) -> str:
+    """What scenes call a material; the name of its class where they have no word for it."""
+    return next((name for name, cls in MATERIALS.items() if type(material) is cls), type(material).__name__)
+
+
+def rubber_of(case: Case) -> Rubber:
+    """The law of the body of a case. Raises Refused where there is no closed form of it."""
+    material: Any = case.material
+    if isinstance(material, NeoHookean | NeoHookeanIsochoric):
+        return Rubber.neo_hookean(material.shear_modulus)
+    word = word_of(material)
+    if word not in KNOWN:
+        raise Refused(f"`{word}` is no rubber that this knows", f"use `neo_hookean(...)`, or one of {', '.join(LAWS)}")
+    return Rubber(word, tuple((name, value) for name, value in vars(material).items() if name not in OTHER))

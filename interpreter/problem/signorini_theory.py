@@ -1,0 +1,85 @@
+"""From a scene to the bar that a rigid plane stops."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.body_faces import Rectangular
+from softmark.interpreter.problem.contact_theory import FAR, SAME, Face, face_of, far_held, travel
+from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.references.signorini import StoppedBar
+from softmark.references.straight_cantilever import Refused, Vector
+from softmark.solvers.mesh.rigid_shapes import HalfSpace
+from softmark.solvers.mesh.shape import dot, moved, with_coordinate
+
+PLANE = "use `half_space(...)` with its normal toward the bar, or a box that covers its end"
+LOADS = "at most one `traction(...)` along the bar, on all of the end that meets the plane"
+
+
+def bar_of(case: Case) -> StoppedBar:
+    """The bar of a case. Raises Refused where an assumption is broken."""
+    touch, face = face_of(case)
+    material, nu = case.material, float(case.material.poisson)
+    if touch.thing.friction and nu:
+        raise Refused(f"the contact has friction of {touch.thing.friction:g}", "leave `friction` out")
+    n = face.normal
+    gap = _height(touch.rigid.name, touch.rigid.thing.shape, face) + dot(travel(touch), n)
+    bonded, mirrors = far_held(case, face)
+    if bonded and nu:
+        raise Refused("its far face cannot grow narrower or wider", "hold it along its normal alone, so that it slides")
+    if not touch.thing.where.holds(*face.middle, case.shape.diagonal):
+        raise Refused(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
+    young, narrowing = 2.0 * float(material.shear_modulus) * (1.0 + nu), nu
+    if case.planar == "plane_strain":
+        young, narrowing = young / (1.0 - nu**2), nu / (1.0 - nu)
+    x, y, z = (c in face.across or not case.planar for c in range(3))
+    return StoppedBar(face.thickness, face.area, young, narrowing, gap, _load(case, face), _root(face, mirrors),
+                      n, (x, y, z))  # fmt: skip
+
+
+def _height(name: str, shape: Any, face: Face) -> float:
+    """How far a flat rigid body is above a face, m. Raises Refused."""
+    n = face.normal
+    if isinstance(shape, HalfSpace):
+        return float(dot(moved(shape.origin, (-1.0, face.middle)), n))
+    from softmark.solvers.mesh.shapes import Box
+
+    if not isinstance(shape, Box):
+        raise Refused(f"`{name}` is no plane", PLANE)
+    low, high = shape.bounds
+    own_low, own_high = face.body.bounds
+    flat = isinstance(face.body, Rectangular) and face.body.flat
+    if any(low[c] > own_low[c] or high[c] < own_high[c] for c in face.across if not (flat and face.body_turns)):
+        raise Refused(f"`{name}` does not cover the end", PLANE)
+    way = max(range(3), key=lambda c: abs(n[c]))
+    if abs(n[way]) < 1.0 - SAME:
+        raise Refused(f"`{name}` is not across the bar", PLANE)
+    near = low if n[way] > 0.0 else high
+    return (near[way] - face.middle[way]) * n[way]
+
+
+def _load(case: Case, face: Face) -> float:
+    """What pulls its end out, N. Raises Refused."""
+    if not case.loads:
+        return 0.0
+    load = case.loads[0]
+    action = load.thing.action
+    if len(case.loads) > 1 or not isinstance(action, PerArea) or face.taken(action.where) != {face.end}:
+        raise Refused(f"the load `{load.name}` is none on the end that meets the plane", LOADS)
+    along = float(dot(action.traction, face.normal))
+    if math.hypot(*moved(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):
+        raise Refused(f"the load `{load.name}` does not act along the bar", LOADS)
+    return along * face.area
+
+
+def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
+    """What stays where it is: the middle of the far face, or in its planes of symmetry, m. Raises Refused."""
+    found = moved(face.middle, (-face.thickness, face.normal))
+    for way, end in mirrors:
+        assert isinstance(face.body, Rectangular)
+        if (way, 1 - end) in mirrors:
+            raise Refused(f"it cannot grow along {'xyz'[way]}", f"leave one side free; {FAR}")
+        found = with_coordinate(found, way, (face.body.high if end else face.body.low)[way])
+    return found

@@ -1,0 +1,50 @@
+"""What is known of a model or a reference once it has answered: what metrics measure and reports draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.probe_domains import ProbeDomain
+from softmark.interpreter.results.motion_history import History
+from softmark.interpreter.results.reaction_results import AtRest
+from softmark.interpreter.results.run_report import ProbeResult, Timing
+from softmark.records import dataclass
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class View:
+    """What is known of a model or a reference once it is solved or read.
+
+    `displacement` is None where there is no field of displacements: nothing was found, or a surface was measured.
+    """
+
+    name: str
+    body: str
+    case: Case
+    message: str | None = None  # why there is nothing
+    displacement: Callable[[Floats], Floats] | None = None
+    probes: Mapping[str, ProbeResult] = field(default_factory=dict)
+    weights: Mapping[str, Floats] = field(default_factory=dict)
+    domains: Mapping[str, ProbeDomain] = field(default_factory=dict)  # of probes of stress or strain
+    surface: Any = None  # measured: points, triangles, uncertainty; or how to register it onto a computed one
+    curve: Any = None  # measured: x, y and the uncertainty of y
+    value: Any = None  # given: a KnownValue
+    uncertainty: float = 0.0  # m, of a reference
+    doubt: str | None = None  # why a reference is not the truth of the body as it is loaded
+    clock: Mapping[str, Timing | None] = field(default_factory=dict)
+    history: History | None = None
+    solve: Mapping[str, Any] = field(default_factory=dict)
+    stress: Callable[[], Any] | None = None  # of a model on a mesh: its stresses, made when they are asked for
+    at_rest: AtRest | None = None  # of a model: what supports carry, and energies
+    step_errors: Callable[[], Any] | None = (
+        None  # of a motion: the error of its time step by modes, made when asked for
+    )
+    vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined

@@ -1,0 +1,175 @@
+"""What holds within a shape, as a condition on coordinates: that of a point itself, or of one moved a little.
+
+Levels of borders are lengths, close to distances. Shapes of which nothing is known but their facets have none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
+
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Condition, Term
+from softmark.solvers.mesh import polygons
+from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.polygons import Corners, Place
+from softmark.solvers.mesh.revolved_bodies import ON_AXIS, Revolution
+from softmark.solvers.mesh.shape import Shape, Vector3, transverse
+from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.spheres import Round
+from softmark.solvers.mesh.tubes import Tube
+
+Point = tuple[Term, Term, Term]  # m
+HERE: Point = (Term.coordinate(0), Term.coordinate(1), Term.coordinate(2))
+FAR = 1e3  # of a polygon's extent: where chains of its sides end that go on for ever
+
+
+def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
+    """That a shape holds a point, its border with it or not; None of shapes from files and along curved axes."""
+    below = "<=" if closed else "<"
+    if isinstance(shape, Combined):
+        return _combined(shape, at, closed)
+    if isinstance(shape, Box):
+        return _all(_between(at[i], *span, below) for i, span in enumerate(shape.spans.values()))
+    if isinstance(shape, Round):
+        return _round(shape, at, below)
+    if isinstance(shape, Cylinder | Tube):
+        s, square = _around(at, shape.origin, shape.axis)
+        hollow = shape.section.hollow
+        along = [_between(s, 0.0, shape.length, below), _under(_apart(square, shape.radius), below)]
+        return _all([*along, _under(_apart(square, hollow).negated(), below)] if hollow else along)
+    if isinstance(shape, Revolution):
+        s, square = _around(at, shape.origin, shape.axis)
+        return _polygon(shape.outline, _turned(s, square, ON_AXIS * shape.widest, below))
+    if isinstance(shape, Extruded):
+        return _extruded(shape, at, below)
+    return None
+
+
+def _combined(shape: Combined, at: Point, closed: bool) -> Condition | None:
+    taken = shape.operation == "difference"
+    one, other = within(shape.one, at, closed), within(shape.other, at, closed != taken)
+    if one is None or other is None:
+        return None
+    if taken:
+        return Condition.junction("and", one, Condition.negation(other))
+    return Condition.junction("or" if shape.operation == "union" else "and", one, other)
+
+
+def _round(shape: Round, at: Point, below: str) -> Condition:
+    off = [_less(c, o) for c, o in zip(at, shape.origin, strict=True)]
+    square = _sum(_times(_scaled(c, 1.0 / a), _scaled(c, 1.0 / a)) for c, a in zip(off, shape.outer, strict=True))
+    half = 0.5 * min(shape.outer)
+    found = [_under(_scaled(_less(square, 1.0), half), below)]
+    if shape.hollow:
+        found.append(_under(_scaled(_less(square, shape.hollow**2), half / shape.hollow).negated(), below))
+    return _all([*found, *(_under(c.negated(), below) for c in off[: shape.kept])])
+
+
+def _extruded(shape: Extruded, at: Point, below: str) -> Condition:
+    last = "xyz".index(shape.along)
+    first, second, up = (at[(last + i) % 3] for i in (1, 2, 3))
+
+    def beside(a: Place, b: Place) -> Condition:
+        length = math.dist(a, b)
+        u, v = (b[0] - a[0]) / length, (b[1] - a[1]) / length
+        return _under(_sum([_scaled(_less(first, a[0]), v), _scaled(_less(second, a[1]), -u)]), below)
+
+    return _all([_polygon(shape.section, beside), _between(up, shape.base, shape.base + shape.height, below)])
+
+
+def _turned(s: Term, square: Term, least: float, below: str) -> Callable[[Place, Place], Condition]:
+    """What is to the left of a side, of places by their distance from an axis, its square given, and along it."""
+
+    def beside(a: Place, b: Place) -> Condition:
+        if max(a[0], b[0]) <= least:
+            return EVERYWHERE  # nothing is on the other side of the axis
+        length = math.dist(a, b)
+        u, v = (b[0] - a[0]) / length, (b[1] - a[1]) / length
+        if not v:
+            return _under(_scaled(_less(s, a[1]), -u), below)
+        if not u:
+            return _under(_scaled(_apart(square, a[0]), v), below)
+        due = _sum([_scaled(_less(s, a[1]), u / v), Term.constant(a[0])])  # of the distance; below zero past a tip
+        beyond = square.combine("-", _times(due, due.function("abs")))
+        return _under(_scaled(beyond, 0.5 * v / max(a[0], b[0])), below)
+
+    return beside
+
+
+def _polygon(corners: Corners, beside: Callable[[Place, Place], Condition]) -> Condition:
+    """What a polygon holds, counter-clockwise, by what is to the left of each side, each asked once.
+
+    Between two corners a chain of sides is cut at the one farthest out: what is left of both parts, where it turns left
+    there, else what is left of one of them.
+    Source: Dobkin, Guibas, Hershberger and Snoeyink (1993), An efficient algorithm for finding the CSG representation
+    of a simple polygon, Algorithmica 10:1.
+    """
+    left = min(range(len(corners)), key=lambda i: corners[i])
+    ring = [*corners[left:], *corners[:left]]
+    right = max(range(len(ring)), key=lambda i: ring[i])
+    return _all(
+        _chain(own, beside, FAR * polygons.extent(corners)) for own in (ring[: right + 1], [*ring[right:], ring[0]])
+    )
+
+
+def _chain(sides: Sequence[Place], beside: Callable[[Place, Place], Condition], far: float) -> Condition:
+    """What is to the left of a chain of sides, of which the first and the last go on for ever."""
+    if len(sides) == 2:
+        return beside(sides[0], sides[1])
+    ends = [_beyond(sides[1], sides[0], far), _beyond(sides[-2], sides[-1], far)]
+    normal = (ends[0][1] - ends[1][1], ends[1][0] - ends[0][0])
+    levels = [(p[0] - ends[0][0]) * normal[0] + (p[1] - ends[0][1]) * normal[1] for p in sides[1:-1]]
+    at = 1 + max(range(len(levels)), key=lambda i: abs(levels[i]))
+    (a, b), (x, y), (c, d) = sides[at - 1 : at + 2]
+    turns_left = (x - a) * (d - y) - (y - b) * (c - x) >= 0.0
+    one, other = (_chain(own, beside, far) for own in (sides[: at + 1], sides[at:]))
+    return Condition.junction("and" if turns_left else "or", one, other)
+
+
+def _beyond(a: Place, b: Place, far: float) -> Place:
+    """From a through b, far away."""
+    length = math.dist(a, b)
+    return b[0] + far * (b[0] - a[0]) / length, b[1] + far * (b[1] - a[1]) / length
+
+
+def _around(at: Point, origin: Vector3, axis: Vector3) -> tuple[Term, Term]:
+    """The place along an axis, m, and the square of the distance from it, m^2."""
+    off = [_less(c, o) for c, o in zip(at, origin, strict=True)]
+    s, u, v = (_sum(_scaled(c, e) for c, e in zip(off, way, strict=True) if e) for way in (axis, *transverse(axis)))
+    return s, _sum([_times(u, u), _times(v, v)])
+
+
+def _apart(square: Term, radius: float) -> Term:
+    """How far from a circle, m, by the square of the distance from its axis: positive outside."""
+    return _scaled(_less(square, radius**2), 0.5 / radius)
+
+
+def _between(value: Term, low: float, high: float, below: str) -> Condition:
+    return _all([_under(_less(value, low).negated(), below), _under(_less(value, high), below)])
+
+
+def _under(level: Term, below: str) -> Condition:
+    """That a level, m, is no more than zero, or less."""
+    return Condition.comparison(below, level, Term.constant(0.0), 1)
+
+
+def _all(conditions: Iterable[Condition]) -> Condition:
+    return reduce(lambda a, b: Condition.junction("and", a, b), conditions)
+
+
+def _sum(terms: Iterable[Term]) -> Term:
+    return reduce(lambda a, b: a.combine("+", b), terms)
+
+
+def _times(a: Term, b: Term) -> Term:
+    return a.combine("*", b)
+
+
+def _scaled(term: Term, factor: float) -> Term:
+    return term.combine("*", Term.constant(factor))
+
+
+def _less(term: Term, value: float) -> Term:
+    return term.combine("-", Term.constant(value))

@@ -1,0 +1,336 @@
+"""The surface of a shape itself, no mesh: how much of it a condition selects, and which way that looks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import lru_cache, reduce
+from itertools import pairwise
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, Condition, Term
+from softmark.interpreter.problem.surface_selection.containment import HERE, Point, within
+from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Patches
+from softmark.interpreter.problem.surface_selection.selected_facets import Part, part
+from softmark.interpreter.problem.surface_selection.sphere_selection import curved, planes
+from softmark.records import dataclass
+from softmark.solvers.mesh.boolean_shapes import Combined
+from softmark.solvers.mesh.curved_boundary import Around, Conical, Ellipsoidal
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.polygons import edges
+from softmark.solvers.mesh.revolved_bodies import Revolution
+from softmark.solvers.mesh.shape import Shape, Vector3, moved, transverse
+from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.spheres import Round
+from softmark.solvers.mesh.tubes import Tube
+
+BESIDE = 2e-8  # of the extent: how far beside a surface it is asked what is there
+SOME = 1e-6  # of the extent squared: less area on two surfaces at once is what tolerances leave
+TIPS = (1 / 4096, 1 / 256, 1 / 32, 1 / 8, 1 / 4, 1 / 2, 1.0)  # of a cone: bands towards its tip; the first is flat
+SIDES = 48  # flat strips that the side of a cylinder is unrolled on
+
+
+Measured = tuple[float, Floats, float]  # area, m^2; of the outward normal n, (3,), m^2; of x . n, m^3
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a body's surface: what of it a condition selects, in a body of an extent.
+
+    `moved` are its points, moved out of the body by so much (m), back into it where that is less than zero.
+    """
+
+    measure: Callable[[Condition, float], Measured]
+    moved: Callable[[float], Point]
+
+    def within(self, *held: Condition) -> Piece:
+        """The part of it where some conditions hold."""
+        return Piece(lambda asked, extent: self.measure(reduce(_and, held, asked), extent), self.moved)
+
+    def turned(self) -> Piece:
+        """The same, seen from the other side of it."""
+
+        def measure(condition: Condition, extent: float) -> Measured:
+            area, vector, through = self.measure(condition, extent)
+            return area, -vector, -through
+
+        return Piece(measure, lambda out: self.moved(-out))
+
+
+def selected(shape: Shape, condition: Condition) -> tuple[float, Floats] | None:
+    """Area, m^2, and the integral of the outward normal (3,), m^2, of what is selected; None of shapes from files.
+
+    Found once for all models of a body. Of combined bodies each part's own surface is taken, where it is one of theirs.
+    """
+    found = None if condition.groups else _measured(shape, condition)
+    return found and found[:2]
+
+
+def volume(shape: Shape) -> float | None:
+    """m^3, of combined bodies too, a third of what goes through their surface (Gauss); None where it is not known."""
+    if not isinstance(shape, Combined):
+        return shape.volume
+    found = _measured(shape, EVERYWHERE)
+    return found and found[2] / 3.0
+
+
+@lru_cache(maxsize=64)
+def _measured(shape: Shape, condition: Condition) -> Measured | None:
+    """Of what is selected of all its surface, once; None of shapes from files."""
+    if (found := pieces(shape)) is None:
+        return None
+    return _added([piece.measure(condition, shape.diagonal) for piece in found])
+
+
+def tended(shape: Combined, condition: Condition, size: float) -> float | None:
+    """Area, m^2, that facets for cells of a size (m) tend to as they are halved, and miss a fourth; None of groups.
+
+    For parts of which no more is known. Raises UnreadableMesh.
+    """
+    if condition.groups:
+        return None
+    areas = [_flat(own.points[own.triangles], condition, shape.diagonal)[0] for own in shape.halved(size)]
+    return areas[1] + (areas[1] - areas[0]) / 3.0
+
+
+def pieces(shape: Shape) -> list[Piece] | None:
+    """All of a shape's surface; None of those from files, or along curved axes."""
+    if isinstance(shape, Combined):
+        return _of_both(shape)
+    if isinstance(shape, Box):
+        return [_plate(corners[None]) for corners in _faces(shape)]
+    if isinstance(shape, Round):
+        flat, inner = planes(shape)
+        balls = [_ball(shape, side) for side in shape.sides]
+        return [*_outside_first(balls), *(_plate(corners[None], inner) for corners in flat)]
+    if isinstance(shape, Cylinder | Tube):
+        inner = _around(shape.origin, shape.axis, shape.radius, shape.section.hollow)
+        sides = [_roll([side]) for side in shape.sides]
+        return [*_outside_first(sides), *(_plate(corners[None], inner) for corners in _ends(shape))]
+    if isinstance(shape, Revolution):
+        return _turned(shape)
+    if isinstance(shape, Extruded):
+        return [_plate(corners) for corners in _polygonal(shape)]
+    return None
+
+
+def _of_both(shape: Combined) -> list[Piece] | None:
+    """Of what is made of two: of the surface of each what is outside the other, or in it.
+
+    Where both have the same surface, it is taken of the first if both are on the same side of it (on opposite sides, of
+    what one leaves of the other), and of the second never. What is on a border between parts of which the first is made
+    is on no surface of it.
+    """
+    first, second = pieces(shape.one), pieces(shape.other)
+    if first is None or second is None:
+        return None
+    union, taken = shape.operation == "union", shape.operation == "difference"
+    beside = BESIDE * shape.diagonal
+    same = (beside,) if union else (-beside,)
+    both = (-beside, beside) if isinstance(shape.one, Combined) else ()
+    found = [_kept(piece, shape.other, union or taken, same) for piece in first]
+    found += [_kept(piece.turned() if taken else piece, shape.one, union, both) for piece in second]
+    return None if None in found else [piece for piece in found if piece is not None]
+
+
+def _kept(piece: Piece, other: Shape, outside: bool, beside: tuple[float, ...]) -> Piece | None:
+    """Of a piece what is outside another shape, or in it, and of what is on its surface where it is so beside that.
+
+    `beside` are the places to ask of the latter, m out of the body; none, where nothing of it is taken.
+    """
+    open_, closed = (within(other, HERE, held) for held in (False, True))
+    if open_ is None or closed is None:
+        return None
+    on = piece.within(closed, Condition.negation(open_))
+    sure = piece.within(Condition.negation(closed) if outside else open_)
+    there = [held for out in beside if (held := within(other, piece.moved(out), True)) is not None]
+    doubtful = on.within(*(map(Condition.negation, there) if outside else there))
+
+    def measure(condition: Condition, extent: float) -> Measured:
+        found = sure.measure(condition, extent)
+        if not beside or on.measure(condition, extent)[0] <= SOME * extent**2:
+            return found
+        return _added([found, doubtful.measure(condition, extent)])
+
+    return Piece(measure, piece.moved)
+
+
+def _and(one: Condition, other: Condition) -> Condition:
+    return Condition.junction("and", one, other)
+
+
+def _outside_first(found: list[Piece]) -> list[Piece]:
+    """An outer surface, and that of a hollow, which looks inward."""
+    return [piece if i == 0 else piece.turned() for i, piece in enumerate(found)]
+
+
+def _added(found: list[Measured]) -> Measured:
+    if not found:
+        return 0.0, np.zeros(3), 0.0
+    areas, vectors, through = zip(*found, strict=True)
+    return sum(areas), np.sum(vectors, axis=0), sum(through)
+
+
+def _plate(corners: Floats, *held: Condition) -> Piece:
+    """Of flat facets (f, k, 3) in one plane, where conditions hold."""
+    normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
+    normal /= np.linalg.norm(normal)
+
+    def moved(out: float) -> Point:
+        return _linear(np.eye(3), out * normal)
+
+    def measure(condition: Condition, extent: float) -> Measured:
+        area, vector = _flat(corners, condition, extent)
+        return area, vector, float(vector @ corners[0, 0])
+
+    return Piece(measure, moved).within(*held)
+
+
+def _ball(shape: Round, side: Ellipsoidal) -> Piece:
+    centre = np.array(side.centre)
+
+    def moved(out: float) -> Point:
+        stretch = np.diag([1.0 + out / a for a in side.semiaxes])
+        return _linear(stretch, centre - stretch @ centre)
+
+    return Piece(lambda condition, extent: curved(shape, side, condition, extent), moved)
+
+
+def _linear(matrix: Floats, rest: Floats) -> Point:
+    """matrix x + rest."""
+
+    def of(row: list[float], more: float) -> Term:
+        parts = [own.combine("*", Term.constant(c)) for own, c in zip(HERE, row, strict=True) if c]
+        return reduce(lambda a, b: a.combine("+", b), parts, Term.constant(more))
+
+    x, y, z = (of(row, more) for row, more in zip(matrix.tolist(), rest.tolist(), strict=True))
+    return x, y, z
+
+
+def _roll(bands: Sequence[Around | Conical]) -> Piece:
+    """The side of a cylinder, or a cone's in bands, which looks away from the axis."""
+    side, widest = bands[0], max(max(band.radii) for band in bands)
+    axis, origin = np.array(side.axis), np.array(side.origin)
+
+    def moved(out: float) -> Point:
+        stretch = np.eye(3) + out / widest * (np.eye(3) - np.outer(axis, axis))
+        return _linear(stretch, origin - stretch @ origin)
+
+    return Piece(lambda condition, extent: _added([_side(band, condition, extent) for band in bands]), moved)
+
+
+def _flat(corners: Floats, condition: Condition, extent: float) -> tuple[float, Floats]:
+    """Of flat parallelograms (f, 4, 3) or triangles (f, 3, 3)."""
+    patches = Patches(corners, extent)
+    found = part(ConditionOnPatches.of(condition, patches))
+    vectors = np.concatenate([
+        (4.0 if patches.nodes == 4 else 0.5) * patches.area(found.whole, np.zeros((len(found.whole), 2))),
+        found.w[:, None] * patches.area(found.f, found.xi),
+    ])  # fmt: skip
+    return float(np.linalg.norm(vectors, axis=1).sum()), vectors.sum(axis=0)
+
+
+def _faces(box: Box) -> Floats:
+    """The six faces (6, 4, 3), counter-clockwise from outside."""
+    low, size, faces = np.array(box.origin), np.diag(box.size), []
+    for axis in range(3):
+        a, b, c = size[axis], size[(axis + 1) % 3], size[(axis + 2) % 3]
+        faces += [[low, low + c, low + c + b, low + b], [low + a, low + a + b, low + a + b + c, low + a + c]]
+    return np.array(faces)
+
+
+def _ends(prism: Cylinder | Tube) -> Floats:
+    """Squares (2, 4, 3) around both ends, counter-clockwise from outside."""
+    root, a = np.array(prism.origin), np.array(prism.axis)
+    u, v = (prism.radius * np.array(e) for e in transverse(prism.axis))
+    turning = [-u - v, u - v, u + v, v - u]
+    top = root + prism.length * a
+    return np.array([[root + c for c in reversed(turning)], [top + c for c in turning]])
+
+
+def _around(origin: Vector3, axis: Vector3, radius: float, hollow: float | None) -> Condition:
+    """Nearer to an axis than the radius, and no nearer than that of a hollow."""
+    square = Term.constant(0.0)
+    for e in transverse(axis):
+        along = Term.constant(-sum(o * c for o, c in zip(origin, e, strict=True)))
+        for i in range(3):
+            if e[i]:
+                along = along.combine("+", Term.coordinate(i).combine("*", Term.constant(e[i])))
+        square = square.combine("+", along.combine("*", along))
+    inner = Condition.comparison("<=", square, Term.constant(radius**2), 2)
+    if not hollow:
+        return inner
+    return Condition.junction("and", inner, Condition.comparison(">=", square, Term.constant(hollow**2), 2))
+
+
+def _turned(shape: Revolution) -> list[Piece]:
+    """Of a body of revolution: its curved sides, and the flat rings around its axis."""
+    axis = np.array(shape.axis)
+    rolls = [(_roll(_bands(side)), outward) for side, outward in shape.slanted]
+    found = [roll if outward else roll.turned() for roll, outward in rolls]
+    u, v = (np.array(e) for e in transverse(shape.axis))
+    for ring in shape.rings:
+        turning = [ring.outer * c for c in (-u - v, u - v, u + v, v - u)]
+        middle = np.array(shape.origin) + ring.at * axis
+        corners = np.array([[middle + c for c in (turning if ring.up else reversed(turning))]])
+        found.append(_plate(corners, _around(shape.origin, shape.axis, ring.outer, ring.inner)))
+    return found
+
+
+def _bands(side: Conical) -> list[Conical]:
+    """Frustums of a cone, the smaller the nearer to a tip, where points of its side have no direction away from it."""
+    if min(side.radii) > 0.0:
+        return [side]
+    ends = [0.0, *TIPS] if side.first == 0.0 else [1.0 - t for t in (*reversed(TIPS), 0.0)]
+    way = (side.last - side.first, side.length)
+    return [
+        Conical(side.axis, moved(side.origin, (a * way[1], side.axis)), (b - a) * way[1],
+                side.first + a * way[0], side.last if b == 1.0 else side.first + b * way[0])
+        for a, b in pairwise(ends)
+    ]  # fmt: skip
+
+
+def _polygonal(shape: Extruded) -> list[Floats]:
+    """The sides of an extruded polygon, each (1, 4, 3), and triangles of its ends (t, 3, 3), seen from outside."""
+    from softmark.solvers.mesh.quadrilateral_meshing import triangles
+
+    section = shape.section
+    low, high = shape.base, shape.base + shape.height
+    sides = [[(*a, low), (*b, low), (*b, high), (*a, high)] for a, b in edges(section)]
+    points, cells = triangles(section, shape.diagonal)
+    flat = points[cells]
+    ends = [np.concatenate([own, np.full((*own.shape[:2], 1), z)], axis=2)
+            for own, z in ((flat[:, ::-1], low), (flat, high))]  # fmt: skip
+    return [*(shape.placed(np.array([own])) for own in sides), *(shape.placed(own) for own in ends)]
+
+
+def _side(side: Around | Conical, condition: Condition, extent: float) -> Measured:
+    """Of the side of a cylinder or a cone, its normal away from the axis.
+
+    Strips lie between the axis and it, of which every point stands for one right outside: there an angle and a length
+    along the axis have the area r (e - r' a), with the direction e from the axis a and the radius r there.
+    """
+    r, q = side.radii
+    slope, root, a = (q - r) / side.length, np.array(side.origin), np.array(side.axis)
+    u, v = (np.array(e) for e in transverse(side.axis))
+    turns = 2.0 * math.pi * np.arange(SIDES + 1) / SIDES
+    rim = np.cos(turns)[:, None] * u + np.sin(turns)[:, None] * v
+    low, high = r * rim, q * rim + side.length * a
+    corners = root + np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1)
+    patches = Patches(corners, extent, side.onto if min(r, q) > 0.0 else None)
+    found: Part = part(ConditionOnPatches.of(condition, patches))
+    half, mean = math.pi / SIDES, 0.5 * (r + q) * side.length
+    middle = rim[:-1] + rim[1:]
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    whole = 2.0 * mean * (math.sin(half) * middle[found.whole] - half * slope * a)
+    X = patches.at(found.f, found.xi[:, None])[:, 0] - root
+    along = X @ a
+    away = X - along[:, None] * a
+    off = np.linalg.norm(away, axis=1)
+    e = away / off[:, None]
+    turned = found.w * (patches.area(found.f, found.xi) * e).sum(axis=1) / off  # of the angle, times the length
+    parts = (turned * (r + slope * along))[:, None] * (e - slope * a)
+    area = 2.0 * mean * half * math.hypot(1.0, slope) * len(found.whole) + float(np.linalg.norm(parts, axis=1).sum())
+    vector = whole.sum(axis=0) + parts.sum(axis=0)
+    return area, vector, float(root @ vector) + r * area / math.hypot(1.0, slope)

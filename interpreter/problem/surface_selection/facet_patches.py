@@ -1,0 +1,228 @@
+"""Where facets lie, whole and in small triangles of their local coordinates, and what a condition says there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache, cached_property
+from itertools import product
+from math import factorial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.language.coordinate_conditions import RELATIVE_TOLERANCE, Condition
+from softmark.interpreter.problem.surface_selection.gradient_intervals import Bounds
+from softmark.records import dataclass
+from softmark.solvers.elements import moment_fitted_quadrature
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.elements.element import Facet
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+Out = Callable[[Any], Any]  # (x, y, z) of a facet -> of the body's surface
+
+ONE = 5e-7  # of the largest level: borders that differ by less are one
+WITHIN = np.array([(0.11, 0.23), (0.53, 0.17), (0.29, 0.61)])  # local points of any facet
+STRAIGHT = 1e-10  # of its size: how far a facet's parts may be from parallel
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Facets with nodes `corners` (f, k, 3), m, of a body of an extent; `out` moves their points onto its surface."""
+
+    corners: Floats
+    extent: float
+    out: Out | None = None
+
+    @property
+    def nodes(self) -> int:
+        """Of each facet."""
+        return int(self.corners.shape[1])
+
+    @property
+    def facet(self) -> type[Facet]:
+        """What each is."""
+        return FACETS[self.nodes]
+
+    def at(self, f: Ints, xi: Floats) -> Floats:
+        """Points (n, q, 3) of facets f (n,) at local points xi (n, q, 2), m."""
+        N = self.facet.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.nodes)
+        X: Floats = N @ self.corners[f]
+        return X
+
+    def area(self, f: Ints, xi: Floats) -> Floats:
+        """Area vectors (n, 3) of facets f at local points xi (n, 2), m^2 per unit of local area."""
+        tangents = self.facet.gradient(xi).swapaxes(1, 2) @ self.corners[f]  # (n, 2, 3)
+        found: Floats = np.cross(tangents[:, 0], tangents[:, 1])
+        return found
+
+    def seen(self, X: Floats) -> tuple[Any, Any, Any]:
+        """x, y, z at which conditions look at points X (..., 3) of facets."""
+        place = (X[..., 0], X[..., 1], X[..., 2])
+        return place if self.out is None else self.out(place)
+
+    @cached_property
+    def triangles(self) -> tuple[Ints, Floats]:
+        """Facets (n,) and the triangles of local coordinates (n, 3, 2) that they consist of."""
+        each = np.array(self.facet.rim)[np.array(self.facet.halves)]
+        f = np.repeat(np.arange(len(self.corners)), len(each))
+        return f, np.tile(each, (len(self.corners), 1, 1))
+
+    @cached_property
+    def affine(self) -> Mask:
+        """Which facets are flat parallelograms or triangles, with straight lines of equal local coordinates."""
+        X = self.corners
+        size, bent = np.ptp(X, axis=1).max(axis=1), np.zeros(len(X))
+        if self.facet.square:
+            bent = np.abs(X[:, 0] - X[:, 1] + X[:, 2] - X[:, 3]).max(axis=1)
+        for node, ends in enumerate(self.facet.between, self.facet.corners):
+            bent = np.maximum(bent, np.abs(X[:, node] - X[:, list(ends)].mean(axis=1)).max(axis=1))
+        found: Mask = bent <= STRAIGHT * size
+        return found
+
+    def bounds(self, f: Ints, tri: Floats) -> tuple[Bounds, Bounds, Bounds]:
+        """x, y, z over triangles (n, 3, 2) of facets f, with slopes along the sides 01, 12 and 20.
+
+        A triangle is a Bezier patch: it lies within the hull of its control points, and so do its slopes.
+        """
+        lattice, control, steps = _bezier(self.facet.bend)
+        hull = np.einsum("ck,nki->cni", control, self.at(f, np.einsum("kj,njl->nkl", lattice, tri)))
+        sides = self.facet.bend * (hull[steps[..., 1]] - hull[steps[..., 0]])  # (3, k, n, 3)
+        low, high, least, most = hull.min(axis=0), hull.max(axis=0), sides.min(axis=1), sides.max(axis=1)
+        x, y, z = (Bounds((low[:, i], high[:, i]), (least[:, :, i], most[:, :, i])) for i in range(3))
+        return (x, y, z) if self.out is None else self.out((x, y, z))
+
+
+@cache
+def _bezier(n: int) -> tuple[Floats, Floats, Ints]:
+    """Of a triangular patch of degree n: barycentric places (k, 3), control points from values there (k, k).
+
+    And for each side 01, 12, 20 the pairs of control points (3, l, 2) whose differences, times n, are slopes along it.
+    """
+    powers = np.array([p for p in product(range(n + 1), repeat=3) if sum(p) == n])
+    many = np.array([factorial(n) // math.prod(map(factorial, p)) for p in powers.tolist()])
+    places = powers / n
+    control = np.linalg.inv(many * np.prod(places[:, None, :] ** powers, axis=2))
+    number = {tuple(p): i for i, p in enumerate(powers.tolist())}
+    below = [p for p in product(range(n), repeat=3) if sum(p) == n - 1]
+    steps = [[[number[_raised(p, i)] for i in (side, (side + 1) % 3)] for p in below] for side in range(3)]
+    return places, np.asarray(control, dtype=np.float64), np.array(steps)
+
+
+def _raised(powers: tuple[int, ...], i: int) -> tuple[int, ...]:
+    return tuple(p + (j == i) for j, p in enumerate(powers))
+
+
+@dataclass(frozen=True)
+class ConditionOnPatches:
+    """A condition on patches. Borders that are `settled` (f, b) cut no facet: there their levels are `settling`."""
+
+    condition: Condition
+    patches: Patches
+    settled: Mask
+    settling: Floats
+
+    @staticmethod
+    def of(condition: Condition, patches: Patches) -> ConditionOnPatches:
+        """With nothing settled."""
+        size = (len(patches.corners), len(condition.borders))
+        return ConditionOnPatches(condition, patches, np.zeros(size, dtype=np.bool_), np.zeros(size))
+
+    def steady(self, f: Ints) -> ConditionOnPatches:
+        """The same, where borders that are as far from all points of a facet are settled, of facets f (n,).
+
+        Such are borders along a curved surface, as of a distance from the axis on a cylinder's side.
+        """
+        xi = moment_fitted_quadrature.places(self.patches.nodes)
+        X = self.patches.at(f, np.broadcast_to(xi, (len(f), *xi.shape)))
+        settled, settling = self.settled.copy(), self.settling.copy()
+        for b in range(len(self.condition.borders)):
+            level = self.level(b, X)
+            same = (np.ptp(level, axis=1) <= self.slack[b]) & ~self.settled[f, b]
+            settled[f[same], b] = True
+            settling[f[same], b] = level[same].mean(axis=1)
+        return replace(self, settled=settled, settling=settling)
+
+    @cached_property
+    def slack(self) -> Floats:
+        """Levels (b,) that count as on the border."""
+        return np.array([RELATIVE_TOLERANCE * self.patches.extent**b.power for b in self.condition.borders])
+
+    def level(self, b: int, X: Floats) -> Floats:
+        """The level of one border at points (...) of facets."""
+        x, y, z = self.patches.seen(X)
+        with np.errstate(all="ignore"):
+            found: Floats = np.broadcast_to(self.condition.borders[b].at(x, y, z), X.shape[:-1])
+        return found
+
+    def holds(self, f: Ints, X: Floats) -> Mask:
+        """Whether the condition holds at a point X (n, 3) of each facet f."""
+        levels = [
+            np.where(self.settled[f, b], self.settling[f, b], self.level(b, X))
+            for b in range(len(self.condition.borders))
+        ]
+        found: Mask = np.broadcast_to(self.condition.given(levels, self.patches.extent), len(f))
+        return found
+
+    @cached_property
+    def repeated(self) -> Mask:
+        """Which borders (b,) are one that came before, on these facets: what that cuts they do not cut again."""
+        found = np.zeros(len(self.condition.borders), dtype=np.bool_)
+        if len(found) < 2 or not len(self.patches.corners):
+            return found
+        f = np.repeat(np.arange(len(self.patches.corners)), len(WITHIN))
+        X = self.patches.at(f, np.tile(WITHIN, (len(self.patches.corners), 1))[:, None])[:, 0]
+        before: list[Floats] = []
+        for b in range(len(found)):
+            level = self.level(b, X)
+            top = level[np.abs(level).argmax()]
+            if not abs(top) > self.slack[b] or not np.isfinite(top):  # a side of the body, which cuts nothing
+                continue
+            shape = level / top
+            found[b] = any(np.abs(shape - other).max() <= ONE for other in before)
+            before.append(shape)
+        return found
+
+    def crossed_facets(self) -> Ints:
+        """Facets that a border may cut."""
+        f, tri = self.patches.triangles
+        return np.unique(f[self.look(f, tri).crossed.any(axis=0)])
+
+    def look(self, f: Ints, tri: Floats) -> Looked:
+        """What is known of every border over triangles (n, 3, 2) of facets f."""
+        place, X = self.patches.bounds(f, tri), self.patches.at(f, tri)
+        values, slopes, crossed = [], [], []
+        for b, border in enumerate(self.condition.borders):
+            v = self.level(b, X)
+            with np.errstate(all="ignore"):
+                D = Bounds.of(border.level.at(place), place[0]).steep
+            low, high = over(v, D)
+            values.append(v)
+            slopes.append(D)
+            cuts = not self.repeated[b]
+            crossed.append(cuts & (low < -self.slack[b]) & (high > self.slack[b]) & ~self.settled[f, b])
+        return Looked(values, slopes, np.array(crossed))
+
+
+@dataclass(frozen=True)
+class Looked:
+    """Levels at corners (b) (n, 3), bounds of slopes along sides (b) (3, n), and what may cross (b, n)."""
+
+    values: Sequence[Floats]
+    slopes: Sequence[tuple[Floats, Floats]]
+    crossed: Mask
+
+
+def over(v: Floats, D: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Bounds over triangles from values at their corners (n, 3) and slopes along their sides (3, n)."""
+    low, high = np.full(len(v), -np.inf), np.full(len(v), np.inf)
+    for i in range(3):
+        onward, back = (D[0][i], D[1][i]), (-D[1][i - 1], -D[0][i - 1])
+        with np.errstate(invalid="ignore"):  # what is no number is no bound
+            low = np.fmax(low, v[:, i] + np.minimum(0.0, np.minimum(onward[0], back[0])))
+            high = np.fmin(high, v[:, i] + np.maximum(0.0, np.maximum(onward[1], back[1])))
+    return low, high

@@ -1,0 +1,179 @@
+"""What every load of a model comes to: force, moment and area, beside what the scene asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.surface_selection.exact_surface import selected, tended, volume
+from softmark.interpreter.problem.surface_selection.facet_patches import Floats
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
+from softmark.interpreter.results.load_results import Resultant, Vector, vector
+from softmark.interpreter.vocabulary.load_words import (
+    AtPoint,
+    Follower,
+    PerArea,
+    PerLength,
+    PerMass,
+    Routed,
+    Tensile,
+    Turning,
+)
+from softmark.solvers.mesh.boolean_shapes import Combined
+
+SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
+CURVED = "use a smaller size, or tet10, whose facets are curved"
+FLATTER = "use a smaller size, or smaller `facets`: between their corners they are flat, for elements of any order"
+
+
+class Built(Protocol):
+    """What is asked of a model that was built: models/shared/prepared_model.py has all of it."""
+
+    @property
+    def mesh(self) -> Any:
+        """Its mesh, if it has one."""
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed points that its loads act at (n, 3), m."""
+
+    def forces(self) -> Sequence[tuple[Declared, Floats]]:
+        """Of every load by itself at these points (n, 3), N; of a beam with moments (n, 6), N m."""
+
+
+def resultants(case: Case, prepared: Built) -> dict[str, Resultant]:
+    """Of every load of a model that was built, by name."""
+    mesh, points = prepared.mesh, prepared.points
+    return {load.name: _resultant(case, load, mesh, points, f) for load, f in prepared.forces()}
+
+
+def missing(found: Mapping[str, Resultant]) -> float | None:
+    """The largest part of a load on a surface that may be wrong, relative to it; None where there is no such load."""
+    return max((r.missing for r in found.values() if r.area is not None), default=None)
+
+
+def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats) -> Resultant:
+    if case.depth:
+        return _around(case, load, mesh, f)
+    forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
+    force, moment = vector(forces.sum(axis=0)), vector(np.cross(points, forces).sum(axis=0) + _total(turns))
+    action = load.thing.action
+    if isinstance(action, AtPoint | PerLength):
+        return _placed(action, force, moment)
+    if isinstance(action, Routed):  # its ends and its guides are in the body: nothing is left of it
+        return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
+    on_surface = isinstance(action, PerArea | Tensile | Follower | Turning)
+    known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
+    exact, area = _exact(case, load)
+    if isinstance(action, Turning):
+        return _turning(action, force, moment, known, area)
+    if known is None and isinstance(action, PerArea) and area:  # on the end of a beam
+        taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
+        return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
+    if known is None:
+        return Resultant(force, moment, None, exact, 1.0 if exact is None else _ratio(force, exact))
+    area = area or _tended(case, action.where, mesh)
+    share = known.area / area if area else 1.0
+    return Resultant(force, moment, known.area, exact, share, known.remainder, known.leaning)
+
+
+def _tended(case: Case, where: Condition, mesh: Any) -> float | None:
+    """The area, m^2, that finer facets come to, of a body made of others of which some are known by their facets."""
+    made = getattr(mesh, "filling", None)
+    return tended(case.shape, where, made.size) if made is not None and isinstance(case.shape, Combined) else None
+
+
+def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
+    """Of a load on a body of revolution, with forces f (n, 3) on whole rings, N: along the axis, the rest cancels."""
+    force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
+    action = load.thing.action
+    known: Loaded | None = (
+        mesh.selections.get(action.where) if isinstance(action, PerArea | Tensile | Follower) else None
+    )
+    if known is None:
+        return Resultant(force, none, None, None, 1.0)
+    area = known.area_of(case.depth)
+    wider = area / known.area
+    return Resultant(force, none, area, None, 1.0, wider * known.remainder, wider * known.leaning)
+
+
+def _placed(action: AtPoint | PerLength, force: Vector, moment: Vector) -> Resultant:
+    """Of a load whose points are said: exact but for rounding, on a mesh that has them."""
+    length = action.length if isinstance(action, PerLength) else None
+    if isinstance(action, PerLength):
+        at = 0.5 * (np.array(action.begin) + np.array(action.end))
+        exact = action.length * np.array(action.force)
+    else:
+        at, exact = np.array(action.at), np.array(action.force)
+    share, turn = _ratio(force, vector(exact)), vector(np.cross(at, exact))
+    return Resultant(force, moment, None, vector(exact), share, exact_moment=turn, length=length)
+
+
+def _turning(action: Turning, force: Vector, moment: Vector, known: Loaded | None, area: float | None) -> Resultant:
+    """Of a moment, which is given; of a solid the part of the area that it is put on."""
+    nothing = (0.0, 0.0, 0.0)
+    if known is None:
+        return Resultant(force, moment, area, nothing, _ratio(moment, action.moment), exact_moment=action.moment)
+    share = known.area / area if area else 1.0
+    return Resultant(force, moment, known.area, nothing if area else None, share, known.remainder, known.leaning,
+                     exact_moment=action.moment)  # fmt: skip
+
+
+def _total(turns: Floats) -> Floats:
+    """Of moments at nodes (n, 3), or none (n, 0): (3,)."""
+    found: Floats = turns.sum(axis=0) if turns.shape[1] else np.zeros(3)
+    return found
+
+
+def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
+    """The force on the body itself, and the area that it acts on; None where they are not known."""
+    shape = case.shape
+    match load.thing.action:
+        case PerMass(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
+            return vector(case.material.density * held * np.array(g)), None
+        case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
+            return vector(found[0] * np.array(t)), found[0]
+        case Turning(where=where) if (found := selected(shape, where)) is not None:
+            return (0.0, 0.0, 0.0), found[0]
+        case Tensile(where=where) as pull if (found := selected(shape, where)) is not None:
+            return vector(found[1] @ np.array(pull.tensor)), found[0]
+        case Follower(where=where, pressure=p) if (found := selected(shape, where)) is not None:
+            return vector(-p * found[1]), found[0]
+    return None, None
+
+
+def _ratio(force: Vector, exact: Vector) -> float:
+    size = float(np.dot(exact, exact))
+    return float(np.dot(force, exact)) / size if size else 1.0
+
+
+def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
+    """Warnings where a model's mesh carries less or more of a load on its surface than the scene asks for."""
+    notes, at = [], declared.at("size") if "size" in declared.fields else declared.at()
+    for name, r in found.items():
+        if r.area is None:
+            continue
+        if abs(1.0 - r.share) > SHOWN and r.remainder <= SHOWN * r.area:
+            notes.append(diagnostic(
+                "W371", at,
+                f"`{name}` acts on {100 * r.share:.4g} % of what it selects of `{case.body.name}` in "
+                f"`{declared.name}`",
+                "its facets are not the curved surface",
+                f"{FLATTER if case.shape.enclosed else CURVED}; the report has the force and the exact one",
+            ))  # fmt: skip
+        if r.remainder > SHOWN * r.area:
+            notes.append(diagnostic(
+                "W372", at,
+                f"of the area that `{name}` acts on in `{declared.name}`, "
+                f"{min(100.0, 100 * r.remainder / r.area):.3g} % may be too much or missing",
+                "the border of the selection was not followed everywhere",
+                "a border that runs along the surface does not say where it cuts it: select by another coordinate",
+            ))  # fmt: skip
+    return tuple(notes)

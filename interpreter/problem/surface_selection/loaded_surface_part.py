@@ -1,0 +1,249 @@
+"""The part of a body's surface that a load acts on, on the mesh that stands for the body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.group_conditions import apart, of_facets
+from softmark.interpreter.problem.surface_selection.facet_deviation import deviations, settled
+from softmark.interpreter.problem.surface_selection.facet_patches import (
+    ConditionOnPatches,
+    Floats,
+    Ints,
+    Mask,
+    Out,
+    Patches,
+)
+from softmark.interpreter.problem.surface_selection.selected_facets import Part, part
+from softmark.records import dataclass
+from softmark.solvers.elements import moment_fitted_quadrature
+from softmark.solvers.elements.boundary_facets import FACETS
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Shape
+
+SAME = 1e-8  # of the extent: how far from zero the level of a border may be where it is a side itself
+SOME = 1000  # curved facets at a time
+TOUCHED = 1e-6  # of what is selected: less of the faces of a slice is what tolerances of conditions leave
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Facets whole (w, k), and points on parts of others: nodes (p, k), local xi (p, 2), weights (p,) in local area.
+
+    `remainder` is the area, m^2, that may belong to it or not.
+    """
+
+    points: Floats  # (n, 3) of the mesh, m
+    whole: Ints
+    nodes: Ints
+    xi: Floats
+    w: Floats
+    remainder: float
+    leaning: float = 0.0  # m^2 of facets that a border does not cut because they stand for a curved surface
+
+    @property
+    def empty(self) -> bool:
+        """Whether it has no area."""
+        return not (len(self.whole) or np.any(self.w > 0.0))
+
+    @property
+    def touched(self) -> Ints:
+        """The facets (f, k) that it has an area on, one that it takes a part of as often as it has points there."""
+        return np.concatenate([self.whole, self.nodes[self.w > 0.0]])
+
+    def spread(self, dead: Floats, push: Any, linear: bool, depth: float = 0.0) -> None:
+        """Add to nodal forces (n, 3), N, those of a load: `push` makes forces of area vectors, linear or not.
+
+        With a `depth`, m, the mesh is a slice through a body of revolution, and forces are those on whole rings.
+        """
+        nodes = self.whole.shape[1]
+        facet, bent = FACETS[nodes], np.zeros(len(self.whole), dtype=np.bool_)
+        if not linear:  # the area of a curved facet is no polynomial
+            bent = ~Patches(self.points[self.whole], 1.0).affine
+        self._whole(dead, push, self.whole[~bent], facet.quadrature(), depth)
+        curved = self.whole[bent]
+        for at in range(0, len(curved), SOME):
+            self._whole(dead, push, curved[at : at + SOME], moment_fitted_quadrature.fine(nodes), depth)
+        t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
+        forces = self.w[:, None] * push(np.cross(t[0], t[1]))
+        if depth:
+            forces *= _around((facet.shape(self.xi) * self.points[self.nodes, 0]).sum(axis=1), depth)[:, None]
+        np.add.at(dead, self.nodes, facet.shape(self.xi)[:, :, None] * forces[:, None])
+
+    def _whole(self, dead: Floats, push: Any, facets: Ints, rule: tuple[Floats, Floats], depth: float) -> None:
+        facet, (xi, weights) = FACETS[facets.shape[1]], rule
+        t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[facets])
+        forces = push(np.cross(t[0], t[1]))
+        if depth:
+            forces = forces * _around(self.points[facets, 0] @ facet.shape(xi).T, depth)[:, :, None]
+        np.add.at(dead, facets, np.einsum("q,qa,fqi->fai", weights, facet.shape(xi), forces, optimize=True))
+
+    def products(self) -> tuple[Ints, Floats]:
+        """Its nodes (k,) and the integrals of N_a N_b over it (k, k), m^2."""
+        facet = FACETS[self.whole.shape[1]]
+        nodes = np.unique(np.concatenate([self.whole, self.nodes]))
+        found = np.zeros((len(nodes), len(nodes)))
+        xi, w = moment_fitted_quadrature.fine(self.whole.shape[1])
+        for at in range(0, len(self.whole), SOME):
+            some = self.whole[at : at + SOME]
+            t = np.einsum("qkj,fki->jfqi", facet.gradient(xi), self.points[some])
+            dA, N = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(xi)
+            _add_pairs(found, np.searchsorted(nodes, some), np.einsum("fq,qa,qb->fab", dA, N, N, optimize=True))
+        t = np.einsum("pkj,pki->jpi", facet.gradient(self.xi), self.points[self.nodes])
+        dA, N = self.w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1), facet.shape(self.xi)
+        _add_pairs(found, np.searchsorted(nodes, self.nodes), np.einsum("p,pa,pb->pab", dA, N, N))
+        return nodes, found
+
+    def of_facets(self, facets: Ints) -> Loaded:
+        """What lies on some facets (f, k)."""
+        keys = {tuple(row) for row in facets.tolist()}
+        own, cut = (np.array([tuple(r) in keys for r in f.tolist()], dtype=bool) for f in (self.whole, self.nodes))
+        return replace(self, whole=self.whole[own], nodes=self.nodes[cut], xi=self.xi[cut], w=self.w[cut])
+
+    def over(self, facets: Ints) -> float:
+        """m^2, of some facets (f, k) alone."""
+        return self.of_facets(facets).area
+
+    @cached_property
+    def area(self) -> float:
+        """m^2, on the mesh."""
+        return self.area_of(0.0)
+
+    def area_of(self, depth: float) -> float:
+        """m^2, on the mesh; with a `depth`, m, of whole rings."""
+        found = np.zeros_like(self.points)
+        self.spread(found, lambda A: np.linalg.norm(A, axis=-1)[..., None] * np.array([1.0, 0.0, 0.0]), False, depth)
+        return float(found[:, 0].sum())
+
+    @property
+    def weighted(self) -> tuple[Ints, Floats | None]:
+        """All facets (f, k) that it lies on, and their weights (f, q) at `moments.places`; None if all are whole."""
+        if not len(self.nodes):
+            return self.whole, None
+        k = self.whole.shape[1]
+        faces, which = np.unique(self.nodes, axis=0, return_inverse=True)
+        weights = np.zeros((len(faces), len(moment_fitted_quadrature.places(k))))
+        np.add.at(weights, which.ravel(), self.w[:, None] * moment_fitted_quadrature.basis(k, self.xi))
+        whole = np.tile(moment_fitted_quadrature.whole(k), (len(self.whole), 1))
+        return np.concatenate([self.whole, faces]), np.concatenate([whole, weights])
+
+
+def _around(r: Floats, depth: float) -> Floats:
+    from softmark.solvers.energies.axisymmetric import around  # which no other body needs
+
+    return around(r, depth)
+
+
+def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:
+    """Add blocks (f, k, k) over nodes (f, k)."""
+    np.add.at(found, (rows[:, :, None], rows[:, None, :]), blocks)
+
+
+def loaded(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+    """The part of a mesh's surface that a condition selects, found once.
+
+    Conditions are about the body: facets of a curved side are asked where the side is, and those of a mesh of
+    a file with what they may miss of it in mind.
+    """
+    known: Loaded | None = mesh.selections.get(condition)
+    if known is None:
+        known = mesh.selections[condition] = (_of_groups if condition.groups else _found)(shape, mesh, condition)
+    return known
+
+
+def _of_groups(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+    """The same of named facets: what is left of the condition, on those that have their groups in common."""
+    found = [
+        _found(shape, mesh, own).of_facets(mesh.facets[which])
+        for own, which in apart(condition, of_facets(mesh))
+    ]  # fmt: skip
+    return Loaded(
+        mesh.points,
+        np.concatenate([part.whole for part in found]),
+        np.concatenate([part.nodes for part in found]),
+        np.concatenate([part.xi for part in found]),
+        np.concatenate([part.w for part in found]),
+        sum(part.remainder for part in found),
+        sum(part.leaning for part in found),
+    )
+
+
+def settled_of(shape: Shape, mesh: Mesh, condition: Condition) -> tuple[Mask, Floats]:
+    """What a condition means on facets of a mesh: borders that do not cut them (f, b), and their levels there."""
+    asked = ConditionOnPatches.of(condition, Patches(mesh.points[mesh.facets], mesh.extent))
+    if not shape.sides:
+        crossed = asked.crossed_facets()
+        if len(crossed):
+            asked = settled(asked, crossed, deviations(mesh))
+        return asked.settled, asked.settling
+    _beside_sides(shape, condition, asked)
+    return asked.settled, asked.settling
+
+
+def _beside_sides(shape: Shape, condition: Condition, asked: ConditionOnPatches) -> None:
+    """Settle borders that are a curved side themselves on the flat facets beside it.
+
+    What such a facet has beyond the side is a sliver between an arc and its chord, and no part of the body.
+    """
+    corners = asked.patches.corners
+    parts = list(by_sides(shape, corners))
+    flat = parts[-1][0]
+    X, extent = corners[flat], asked.patches.extent
+    for own, out in parts[:-1]:
+        if out is None or not own.any():
+            continue
+        there = out(tuple(corners[own].reshape(-1, 3).T))
+        for b, border in enumerate(condition.borders):
+            if border.plane is None and np.abs(border.at(*there)).max() <= SAME * extent**border.power:
+                levels = np.broadcast_to(border.at(*np.moveaxis(X, 2, 0)), X.shape[:2])
+                asked.settled[flat, b] = True
+                asked.settling[flat, b] = levels[np.arange(len(X)), np.abs(levels).argmax(axis=1)]
+
+
+def by_sides(shape: Shape, corners: Floats) -> Iterator[tuple[Mask, Out | None]]:
+    """Facets with nodes (f, k, 3) that are flat, and those of each curved side (f,), with what moves them onto it."""
+    flat = np.ones(len(corners), dtype=np.bool_)
+    for side in shape.sides:
+        own = flat & side.of(corners)
+        flat &= ~own
+        yield own, side.onto
+    yield flat, None
+
+
+def _of_edge(found: Loaded) -> Loaded:
+    """Without what tolerances leave of the faces of a slice: of triangles with a side on the border of a condition."""
+    z = found.points[:, 2]
+    faces = np.ptp(z[found.nodes], axis=1) <= SAME * np.ptp(z)
+    if not faces.any():
+        return found
+    edge = replace(found, nodes=found.nodes[~faces], xi=found.xi[~faces], w=found.w[~faces])
+    return edge if found.area - edge.area <= TOUCHED * edge.area else found
+
+
+def _found(shape: Shape, mesh: Mesh, condition: Condition) -> Loaded:
+    facets, corners = mesh.facets, mesh.points[mesh.facets]
+    mask, values = settled_of(shape, mesh, condition)
+    found: list[tuple[Ints, Part]] = []
+    for which, out in by_sides(shape, corners):
+        if which.any():
+            asked = ConditionOnPatches(condition, Patches(corners[which], mesh.extent, out), mask[which], values[which])
+            found.append((facets[which], part(asked)))
+    leaning = np.flatnonzero(mask.any(axis=1)) if not shape.sides else ()
+    whole = Loaded(
+        mesh.points,
+        np.concatenate([own[p.whole] for own, p in found]),
+        np.concatenate([own[p.f] for own, p in found]),
+        np.concatenate([p.xi for _, p in found]),
+        np.concatenate([p.w for _, p in found]),
+        sum(p.remainder for _, p in found),
+    )
+    whole = _of_edge(whole) if shape.flat else whole
+    return replace(whole, leaning=whole.over(facets[leaning])) if len(leaning) else whole

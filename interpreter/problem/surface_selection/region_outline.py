@@ -1,0 +1,77 @@
+"""The outline of a plane region itself, no mesh: what of its edge a condition selects, or of that of rings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.surface_selection.facet_patches import Floats
+from softmark.solvers.mesh.plane_regions import Slice
+from softmark.solvers.mesh.shape import Shape
+
+PIECES = 1024  # of a side that are asked in their middles: narrower ones are not seen
+HALVINGS = 50  # of what lies between two of them, of which one is selected
+CHORDS = 64  # of a selected stretch, and twice as many: what chords miss falls by four
+
+Curve = Callable[[Floats], Floats]  # points (n, 3), m, of the places u (n,) from 0 to 1
+
+
+@lru_cache(maxsize=64)
+def edged(shape: Shape, condition: Condition, depth: float) -> float | None:
+    """Area, m^2, of the edge of a slice that a condition selects; None of regions from files.
+
+    With a `depth`, m, of the whole rings that a slice so thick stands for.
+    """
+    if condition.groups or not isinstance(shape, Slice):
+        return None
+    found = 0.0
+    for curve in _sides(shape):
+        for begin, end in _selected(curve, condition, shape.diagonal):
+            few, many = (
+                _swept(curve(np.linspace(begin, end, n + 1)), shape.depth, depth) for n in (CHORDS, 2 * CHORDS)
+            )
+            found += many + (many - few) / 3.0
+    return found
+
+
+def _sides(shape: Slice) -> Iterator[Curve]:
+    """The four of the square that the region is the image of."""
+    for s, t in ((None, 0.0), (1.0, None), (None, 1.0), (0.0, None)):
+
+        def curve(u: Floats, s: float | None = s, t: float | None = t) -> Floats:
+            x, y = shape(u if s is None else np.full_like(u, s), u if t is None else np.full_like(u, t))
+            return np.stack([np.broadcast_to(x, u.shape), np.broadcast_to(y, u.shape), np.zeros_like(u)], axis=1)
+
+        yield curve
+
+
+def _selected(curve: Curve, condition: Condition, extent: float) -> Iterator[tuple[float, float]]:
+    """Where along a curve the condition holds: from one place to another."""
+
+    def holds(u: Floats) -> Floats:
+        x, y, z = curve(u).T
+        return np.broadcast_to(condition.holds(x, y, z, extent), u.shape)
+
+    middles = (np.arange(PIECES) + 0.5) / PIECES
+    held = holds(middles)
+    turns = np.flatnonzero(held[1:] != held[:-1])
+    low, high = middles[turns], middles[turns + 1]
+    for _ in range(HALVINGS if len(turns) else 0):
+        half = 0.5 * (low + high)
+        same = holds(half) == held[turns]
+        low, high = np.where(same, half, low), np.where(same, high, half)
+    places = [0.0, *(0.5 * (low + high)).tolist(), 1.0]
+    first = 0 if held[0] else 1
+    for i in range(first, len(places) - 1, 2):
+        yield places[i], places[i + 1]
+
+
+def _swept(points: Floats, thickness: float, depth: float) -> float:
+    """The area, m^2, of chords (n, 3) through a thickness, m; with a `depth`, around the axis."""
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if not depth:
+        return thickness * float(length.sum())
+    return float(np.pi * length @ (points[1:, 0] + points[:-1, 0]))

@@ -1,0 +1,76 @@
+"""The part of a surface that a condition selects: whole facets, and points of quadrature over parts of others."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.problem.surface_selection.curved_triangle_parts import Points, follow
+from softmark.interpreter.problem.surface_selection.facet_patches import (
+    ConditionOnPatches,
+    Floats,
+    Ints,
+    Mask,
+    Out,
+    Patches,
+)
+from softmark.interpreter.problem.surface_selection.plane_clipping import cut
+from softmark.records import dataclass
+
+__all__ = ["Part", "part", "taken"]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Facets that are selected whole (w,), and of others points: facets f (k,), local xi (k, 2), weights w (k,).
+
+    `remainder` is the area, m^2, of which it is not known whether it belongs to the selection.
+    """
+
+    whole: Ints
+    f: Ints
+    xi: Floats
+    w: Floats
+    remainder: float = 0.0
+
+    @property
+    def empty(self) -> bool:
+        """Whether it has no area."""
+        return not (len(self.whole) or np.any(self.w > 0.0))
+
+
+def taken(condition: Condition, corners: Floats, extent: float, out: Out | None = None) -> Part:
+    """The selected part of facets with nodes `corners` (f, k, 3), m, whose points `out` moves onto the body."""
+    return part(ConditionOnPatches.of(condition, Patches(corners, extent, out)))
+
+
+@np.errstate(all="ignore")  # conditions divide by what may be zero, and bounds of that are infinite
+def part(asked: ConditionOnPatches) -> Part:
+    """The part of the patches that is asked for."""
+    patches = asked.patches
+    f, tri = patches.triangles
+    if not len(f) or not asked.condition.borders:  # the same everywhere
+        there = bool(len(f) and asked.condition.given([], patches.extent))
+        return Part(np.arange(len(patches.corners) if there else 0), f[:0], np.zeros((0, 2)), np.zeros(0))
+    crossed: Mask = np.asarray(asked.look(f, tri).crossed.any(axis=0))
+    if crossed.any():
+        asked = asked.steady(np.unique(f[crossed]))
+        crossed[crossed] = asked.look(f[crossed], tri[crossed]).crossed.any(axis=0)
+    inside = asked.holds(f, patches.at(f, tri.mean(axis=1, keepdims=True))[:, 0])
+    each = len(f) // len(patches.corners)
+    plain = ~crossed.reshape(-1, each).any(axis=1)
+    said = inside.reshape(-1, each)
+    whole = plain & said.all(axis=1)
+    open_ = np.repeat(~whole & ~(plain & ~said.any(axis=1)), each)
+    return _of_facets(asked, np.flatnonzero(whole), f[open_], tri[open_])
+
+
+def _of_facets(asked: ConditionOnPatches, whole: Ints, f: Ints, tri: Floats) -> Part:
+    points, patches = Points(), asked.patches
+    flat: Mask = patches.affine[f] if patches.out is None else np.zeros(len(f), dtype=np.bool_)
+    own, pieces = cut(asked, f[flat], tri[flat])
+    follow(asked, np.concatenate([own, f[~flat]]), np.concatenate([pieces, tri[~flat]]), points)
+    left = sum(float(np.linalg.norm(patches.area(g, at), axis=1) @ a) for g, at, a in points.left)
+    if not points.f:
+        return Part(whole, whole[:0], np.zeros((0, 2)), np.zeros(0), left)
+    return Part(whole, np.concatenate(points.f), np.concatenate(points.xi), np.concatenate(points.w), left)

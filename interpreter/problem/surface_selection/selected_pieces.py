@@ -1,0 +1,106 @@
+"""Parts of cells, facets and edges that a condition selects: simplices cut along its borders.
+
+Exact for borders that are planes; curved ones are followed by pieces of a fraction of a cell.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import RELATIVE_TOLERANCE, Border, Condition
+from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.mesh.simplex_clipping import Pieces, joined
+
+Bools = np.ndarray[Any, np.dtype[np.bool_]]
+
+HALVINGS = {2: 0, 3: 4, 4: 2}  # of the edges of pieces near a curved border, by the corners of a piece
+GROUP = 16  # cells that are bounded together
+
+
+def within(condition: Condition, whole: Pieces, extent: float) -> Pieces:
+    """The part of some simplices that a condition selects, of a body of an extent (m), in their order.
+
+    A curved border is met on their edges, and is straight between: as near as the simplices are fine.
+    """
+    corners = whole.corners
+    crossed = np.zeros(len(corners), dtype=np.bool_)
+    for border in condition.borders:
+        crossed |= near(border, corners, extent)
+    pieces = whole.chosen(np.flatnonzero(crossed))
+    for border in condition.borders:
+        pieces = cut(pieces, border, extent, halved=False)
+    found = joined(whole.chosen(np.flatnonzero(~crossed)), pieces)
+    found = found.chosen(np.flatnonzero(selects(condition, found.middles, extent)))
+    return found.chosen(np.argsort(found.of, kind="stable"))
+
+
+def selects(condition: Condition, X: Floats, extent: float) -> Bools:
+    """Which points X (n, 3) a condition selects (n,)."""
+    x, y, z = X.T
+    return np.array(np.broadcast_to(condition.holds(x, y, z, extent), len(X)), dtype=np.bool_)
+
+
+def cut(pieces: Pieces, border: Border, extent: float, halved: bool = True) -> Pieces:
+    """The pieces cut by a border, those near a curved one in several rounds where they are to be `halved`."""
+    dimension = pieces.corners.shape[1] - 1
+    for _ in range(0 if border.plane or not halved else HALVINGS[dimension + 1] * dimension):
+        beside = near(border, pieces.corners, extent)
+        pieces = joined(pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).refined())
+    beside = near(border, pieces.corners, extent)
+    rest, crossed = pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside))
+    return joined(rest, crossed.cut(_level(border), slack_of(border, extent), border.plane is None))
+
+
+def _level(border: Border) -> Any:
+    return lambda X: np.broadcast_to(border.at(*X.T), len(X))
+
+
+def slack_of(border: Border, extent: float) -> float:
+    """Levels that count as on a border."""
+    return RELATIVE_TOLERANCE * float(extent) ** border.power
+
+
+def near(border: Border, corners: Floats, extent: float) -> Bools:
+    """Which simplices (p, k, 3) a border crosses (p,).
+
+    A curved one may where the level could reach zero beyond what it is at corners, middles of edges and the centroid:
+    it is looked for as far beyond these values as they differ.
+    """
+    if border.plane is not None:
+        level = _level(border)(corners.reshape(-1, 3)).reshape(corners.shape[:2])
+        slack = slack_of(border, extent)
+        return np.asarray((level.min(axis=1) < -slack) & (level.max(axis=1) > slack))
+    k = corners.shape[1]
+    i, j = np.triu_indices(k, 1)
+    looked = np.concatenate(
+        [corners, 0.5 * (corners[:, i] + corners[:, j]), corners.mean(axis=1, keepdims=True)], axis=1
+    )
+    level = _level(border)(looked.reshape(-1, 3)).reshape(looked.shape[:2])
+    low, high = level.min(axis=1), level.max(axis=1)
+    return np.asarray((2.0 * low <= high) & (2.0 * high >= low))
+
+
+def undecided(condition: Condition, corners: Floats, extent: float) -> Bools:
+    """Which simplices (p, k, 3) lie in boxes in which a condition is not known to be the same everywhere (p,)."""
+    found = np.zeros(len(corners), dtype=np.bool_)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    pending = [np.arange(len(corners))] if len(corners) else []
+    while pending:
+        group = pending.pop()
+        false, true = condition.over(_point(low[group].min(axis=0)), _point(high[group].max(axis=0)), extent)
+        if not (false and true):
+            continue
+        if len(group) <= GROUP:
+            found[group] = True
+        else:
+            middle = (low + high)[group]
+            order = np.argsort(middle[:, np.ptp(middle, axis=0).argmax()])
+            pending += np.array_split(group[order], 2)
+    return found
+
+
+def _point(x: Floats) -> tuple[float, float, float]:
+    a, b, c = x.tolist()
+    return a, b, c

@@ -1,0 +1,61 @@
+"""The surface of spheres, ellipsoids and shells of spheres: how much of it is selected, and which way that looks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import Condition, Term
+from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Patches
+from softmark.interpreter.problem.surface_selection.selected_facets import part
+from softmark.solvers.mesh.curved_boundary import Ellipsoidal
+from softmark.solvers.mesh.spheres import Round
+
+CELLS = 8  # along a quarter of a great circle: facets of the flat patches that a sphere is projected on
+GAUSS = 8  # points along each side of a whole facet: round-off is all that they miss
+
+
+def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float) -> tuple[float, Floats, float]:
+    """Area, m^2, the integral of the normal n away from the centre (3,), m^2, and of x . n, m^3, on a curved side.
+
+    In the coordinates in which it is the unit sphere, an area da seen under a direction e from a distance r is
+    e (e . da) / r^2 on the sphere, and cof(A) of that, A = diag(semi-axes), on the ellipsoid.
+    """
+    from softmark.solvers.mesh.ball_blocks import filled, shell
+
+    mesh = filled(shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.kept)
+    facets = mesh.facets[side.of(mesh.points[mesh.facets])]
+    patches = Patches(mesh.points[facets], extent, side.onto)
+    found = part(ConditionOnPatches.of(condition, patches))
+    x, v = np.polynomial.legendre.leggauss(GAUSS)
+    xi, w = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2), np.outer(v, v).ravel()
+    f = np.concatenate([np.repeat(found.whole, len(w)), found.f])
+    xi = np.concatenate([np.tile(xi, (len(found.whole), 1)), found.xi])
+    w = np.concatenate([np.tile(w, len(found.whole)), found.w])
+    A = np.array(side.semiaxes)
+    da = patches.area(f, xi) * A / A.prod()
+    y = (patches.at(f, xi[:, None])[:, 0] - np.array(side.centre)) / A
+    r = np.linalg.norm(y, axis=1)[:, None]
+    e = y / r
+    seen = w[:, None] * A.prod() * (e * da).sum(axis=1)[:, None] / r**2
+    vectors = e / A * seen
+    total = vectors.sum(axis=0)
+    through = float(total @ np.array(side.centre)) + float(seen.sum())
+    return float(np.linalg.norm(vectors, axis=1).sum()), total, through
+
+
+def planes(shape: Round) -> tuple[Floats, Condition]:
+    """Rectangles (k, 4, 3) around what is cut off by planes of symmetry, counter-clockwise, and what holds within."""
+    low, high = (np.array(end) for end in shape.bounds)
+    faces, size = [], np.diag(high - low)
+    for axis in range(shape.kept):
+        b, c = size[(axis + 1) % 3], size[(axis + 2) % 3]
+        faces.append([low, low + c, low + c + b, low + b])
+    level = Term.constant(0.0)
+    for axis, (o, a) in enumerate(zip(shape.origin, shape.outer, strict=True)):
+        off = Term.coordinate(axis).combine("-", Term.constant(o)).combine("*", Term.constant(1.0 / a))
+        level = level.combine("+", off.combine("*", off))
+    within = Condition.comparison("<=", level, Term.constant(1.0), 0)
+    if shape.hollow:
+        without = Condition.comparison(">=", level, Term.constant(shape.hollow**2), 0)
+        within = Condition.junction("and", within, without)
+    return np.array(faces).reshape(-1, 4, 3), within

@@ -1,0 +1,213 @@
+"""Planes of symmetry: what `symmetric(...)` asks of the body that it holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Case, Fault
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Tensile
+from softmark.interpreter.vocabulary.support_words import Displaced, Symmetric, Turned
+from softmark.solvers.mesh.rigid_shapes import HalfSpace
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.energies.energy import Floats, Ints
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Bounds
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+IN_PLANE = 1e-6  # of the body's extent: how far from a plane of symmetry its points may lie
+
+
+def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnostic | None:
+    """What is wrong with a support of symmetry: no plane across x, y or z, or a body on both sides of it."""
+    thing, at = support.thing, support.at("where")
+    if thing.normal is None:
+        return diagnostic("E582", at, f"`{support.name}` names no plane of symmetry", "no plane normal to x, y or z",
+                          "one comparison of one coordinate: `where = x <= 0 mm`; turn an oblique body")  # fmt: skip
+    axis, place = thing.normal
+    if bounds is None:
+        return None
+    low, high = bounds[0][axis], bounds[1][axis]
+    near = IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True))
+    if min(abs(place - low), abs(place - high)) <= near or not low < place < high:
+        return None  # what selects nothing of the body is said elsewhere
+    return diagnostic("E582", at,
+                      f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
+                      f"it goes from {units.show(low, units.LENGTH)} to {units.show(high, units.LENGTH)} here",
+                      "model the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
+
+
+def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
+    """What is wrong with a load beside a plane of symmetry: what the mirror image has turned.
+
+    Gravity across it, and tension neither across it nor along it.
+    """
+    normal, action = support.thing.normal, load.thing.action
+    if normal is not None and isinstance(action, Tensile) and 0.0 < abs(action.direction[normal[0]]) < 1.0:
+        return diagnostic("E582", load.at("direction"),
+                          f"`{load.name}` pulls askew to the plane of symmetry `{support.name}`",
+                          "the mirror image is pulled another way",
+                          "along the plane or across it there is symmetry: `direction = +x`")  # fmt: skip
+    if normal is None or not isinstance(action, PerMass) or not action.acceleration[normal[0]]:
+        return None
+    way = "xyz"[normal[0]]
+    return diagnostic("E582", load.at(), f"`{load.name}` pulls across the plane of symmetry `{support.name}`",
+                      f"along {way}; the mirror image is pulled the other way",
+                      f"a wall in place of the plane is `fixed(..., components = {way})`")  # fmt: skip
+
+
+def led_fault(support: Declared, rigid: Declared, way: Declared) -> Diagnostic | None:
+    """What is wrong with how a rigid body that a plane of symmetry cuts is led: across it, or turned past it.
+
+    Of bodies of files, and of those that are filled, nothing is said.
+    """
+    shape = rigid.thing.shape
+    if support.thing.normal is None or not isinstance(way.thing, Displaced | Turned) or shape.fault:
+        return None
+    if shape.prebuilt or shape.enclosed:
+        return None  # whose surface is not read before it is needed
+    across, at = support.thing.normal
+    bounds = shape.bounds
+    if bounds is not None:
+        slack = IN_PLANE * shape.diagonal
+        if not bounds[0][across] + slack < at < bounds[1][across] - slack:
+            return None  # its mirror image is another one, which comes from the other side
+    elif not isinstance(shape, HalfSpace) or shape.normal[across]:
+        return None
+    if isinstance(way.thing, Displaced):
+        does = "moves" if way.thing.imposed[across] else ""
+    else:
+        does = "turns" if any(c for i, c in enumerate(way.thing.rotation) if i != across) else ""
+    if not does:
+        return None
+    return diagnostic("E582", way.at(), f"`{way.name}` {does} `{rigid.name}` across the plane of symmetry"
+                      f" `{support.name}`, which cuts it", "the mirror image goes the other way",
+                      f"what is dragged along {'xyz'[across]} has no symmetry there: model the whole body")  # fmt: skip
+
+
+def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
+    """What is wrong with how a motion starts beside a plane of symmetry: across it, or turning about an axis in it."""
+    if support.thing.normal is None or not isinstance(analysis.thing, Dynamic):
+        return None
+    across, way = support.thing.normal[0], "xyz"[support.thing.normal[0]]
+    if analysis.thing.velocity[across]:
+        return diagnostic("E582", analysis.at("velocity"),
+                          f"`{analysis.name}` starts across the plane of symmetry `{support.name}`",
+                          f"along {way}; the mirror image goes the other way",
+                          f"nothing there moves along {way}: start along the plane, or model the whole")  # fmt: skip
+    if any(turn for i, turn in enumerate(analysis.thing.spin) if i != across):
+        return diagnostic("E582", analysis.at("spin"),
+                          f"`{analysis.name}` starts by turning the plane of symmetry `{support.name}`",
+                          "the mirror image turns the other way",
+                          f"about {way} both turn alike; else model the whole body")  # fmt: skip
+    return None
+
+
+def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
+    """What is to be said of a force at a point of a plane of symmetry: across it there is none, along it a half."""
+    normal, action = support.thing.normal, load.thing.action
+    if normal is None or bounds is None or not isinstance(action, AtPoint | PerLength):
+        return None
+    axis, place = normal
+    points = (action.at,) if isinstance(action, AtPoint) else (action.begin, action.end)
+    if any(abs(at[axis] - place) > IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True)) for at in points):
+        return None
+    if action.force[axis]:
+        return diagnostic("E582", load.at("vector"),
+                          f"`{load.name}` pulls across the plane of symmetry `{support.name}` that it acts in",
+                          f"along {'xyz'[axis]}; the mirror image is pulled the other way",
+                          "in a plane of symmetry forces lie in the plane")  # fmt: skip
+    return diagnostic("W335", load.at("at" if isinstance(action, AtPoint) else "from"),
+                      f"`{load.name}` acts in the plane of symmetry `{support.name}`, which the mirror image shares",
+                      "half of it is the other half's",
+                      "give half of the force that acts on the whole body, if it is not that already")  # fmt: skip
+
+
+def _near(points: Floats) -> float:
+    """How far from a plane of symmetry points of a body with these (m, 3) may lie to count as in it, m."""
+    return IN_PLANE * float((points.max(axis=0) - points.min(axis=0)).max())
+
+
+def must_not_act_on_plane(case: Case, acting: Declared, X: Floats, points: Floats) -> None:
+    """Refuse a load, an elastic foundation or a drain with a facet on a plane of symmetry.
+
+    X are the nodes (f, k, 3) of the facets that it takes, points (m, 3) those of the body, all in m. Such a facet is no
+    part of the surface of the whole body. Raises Fault.
+    """
+    for support in case.supports:
+        if not isinstance(support.thing, Symmetric) or support.thing.normal is None or not len(X):
+            continue
+        axis, place = support.thing.normal
+        if bool((abs(X[..., axis] - place).max(axis=1) <= _near(points)).any()):
+            raise Fault(diagnostic("E582", acting.at("where"),
+                                   f"`{acting.name}` acts on the plane of symmetry `{support.name}`",
+                                   "within the whole body, where there is no surface",
+                                   "select the outer surface alone, without the plane"))  # fmt: skip
+
+
+def must_not_act_on_axis(case: Case, acting: Declared, X: Floats, points: Floats, *, partly: bool = False) -> None:
+    """Refuse a load, an elastic foundation or a drain on the axis of a body of revolution, which has no area.
+
+    X are the nodes (f, k, 3) of the facets that it takes, points (m, 3) those of the body, all in m. All of them lie
+    on the axis, or with `partly` some: what holds a value there acts on the body, what is integrated does not. Raises
+    Fault.
+    """
+    if not case.depth or not len(X):
+        return
+    axial = abs(X[..., 0]).max(axis=1) <= _near(points)
+    if bool(axial.any() if partly else axial.all()):
+        raise Fault(diagnostic("E430", acting.at("where"),
+                               f"`{acting.name}` acts on the axis of revolution of `{case.body.name}`",
+                               "a line within the body, which has no area",
+                               "select a part of the surface away from the axis, as in `x >= 10 mm`"))  # fmt: skip
+
+
+def must_not_turn_half(case: Case, load: Declared, X: Floats, points: Floats) -> None:
+    """No facet with nodes X (f, k, 3) that a moment acts on meets a plane of symmetry of a body with points (m, 3).
+
+    The half of a face that goes on beyond the plane has a force, and no moment about its own middle. Raises Fault.
+    """
+    for support in case.supports:
+        if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+            continue
+        axis, place = support.thing.normal
+        if bool((abs(X[..., axis] - place) <= _near(points)).any()):
+            raise Fault(diagnostic("E582", load.at("where"),
+                                   f"`{load.name}` turns a face that the plane of symmetry `{support.name}` halves",
+                                   "half of a face has another moment",
+                                   "model the whole body, or turn a face that ends before the plane"))  # fmt: skip
+
+
+def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) -> None:
+    """Nodes (n,) that a support of symmetry selects lie in its plane, all of the mesh on one side, and facets in it.
+
+    Raises Fault.
+    """
+    if not isinstance(support.thing, Symmetric) or support.thing.normal is None:
+        return
+    points, X = mesh.points, mesh.points[nodes]
+    axis, place = support.thing.normal
+    near, beyond = _near(points), points[:, axis] - place
+    both = float(beyond.min()) < -near and float(beyond.max()) > near
+    if both or float(abs(X[:, axis] - place).max()) > near:
+        X = points[:, axis] if both else X[:, axis]
+        raise Fault(diagnostic("E582", support.at("where"),
+                               f"`{case.body.name}` does not end at the plane of symmetry `{support.name}`",
+                               f"from {units.show(float(X.min()), units.LENGTH)} to "
+                               f"{units.show(float(X.max()), units.LENGTH)}",
+                               "the body must end at the plane, and lie on one side of it"))  # fmt: skip
+    held = np.zeros(len(points), dtype=np.bool_)
+    held[nodes] = True
+    if not held[mesh.facets].all(axis=1).any():
+        raise Fault(diagnostic("E582", support.at("where"),
+                               f"`{case.body.name}` has no face in the plane of symmetry `{support.name}`",
+                               "it touches the plane in a point or a line",
+                               "a mirror image joins the body by a face: model the half, or use `fixed`"))  # fmt: skip

@@ -1,0 +1,213 @@
+"""What references that are solved are solved for, and what they say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.problem.beam_theory import cantilever_of
+from softmark.interpreter.problem.body_case import Case, Fault, fault
+from softmark.interpreter.vocabulary.support_words import Level
+from softmark.references.straight_cantilever import Refused
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.interpreter.results.reaction_results import AtRest
+
+
+CONTACT = ("pressed", "stopped")  # what references of contact are about
+CLEAR = "what it touches is left out", "compare with a theory of contact, as `hertz(...)`, or leave the contact out"
+POROUS = ("column", "pressed_column", "slab", "disc")  # what references of bodies full of fluid are about
+FULL = (
+    "its body is full of fluid that seeps",
+    "compare with `terzaghi`, `mandel`, `unconfined` or `confined`, or take the drained law by itself",
+)
+DRY = "no fluid seeps through its body", "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
+
+
+class Theory(Protocol):
+    """What a reference that was solved says."""
+
+    @property
+    def estimated_error(self) -> float:
+        """Of the displacement of any point, m."""
+
+    @property
+    def displacement(self) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+        """Of points (n, 3) of the undeformed body (n, 3), m."""
+
+
+def problem_of(reference: Declared, case: Case) -> Any:
+    """The numbers that a reference is solved for. Raises Fault where an assumption of it is broken."""
+    if any(getattr(material, "directed", False) for material in case.materials):
+        from softmark.interpreter.problem.anisotropy_limits import must_be_isotropic
+
+        must_be_isotropic(reference, case)
+    for bed in case.beds:
+        if isinstance(bed.thing, Level) and reference.thing.about in POROUS:
+            continue
+        why = f"`{bed.name}` puts `{case.body.name}` on springs"
+        raise _broken(reference, Refused(why, "use `self_converged(...)`, which refines solids"))
+    if not case.uniform:
+        from softmark.interpreter.problem.heterogeneity_limits import must_be_uniform
+
+        must_be_uniform(reference, case)
+    try:
+        if case.porous != (reference.thing.about in POROUS):
+            raise Refused(*(FULL if case.porous else DRY))
+        if case.contacts and reference.thing.about not in CONTACT:
+            raise Refused(*CLEAR)
+        if reference.thing.about not in ("relaxing", *POROUS) and case.remembers:
+            raise Refused("the stress of its body relaxes", "compare with the elastic law, or with `prony(...)`")
+        return _problem(reference, case)
+    except Refused as refused:
+        raise _broken(reference, refused) from refused
+
+
+def _problem(reference: Declared, case: Case) -> Any:
+    """The same. Raises Refused."""
+    match reference.thing.about:
+        case "torsion":
+            from softmark.interpreter.problem.torsion_theory import cylinder_of
+
+            return cylinder_of(case)
+        case "inflation":
+            from softmark.interpreter.problem.inflation_theory import ball_of
+
+            return ball_of(case)
+        case "sphere" | "hole":
+            from softmark.interpreter.problem.inclusion_theory import core_of
+
+            return core_of(reference, case)
+        case "tendons":
+            from softmark.interpreter.problem.tendon_theory import driven_rod_of
+
+            return driven_rod_of(case)
+        case "relaxing":
+            from softmark.interpreter.problem import relaxation_theory
+
+            return relaxation_theory.bar_of(case)
+        case "column" | "pressed_column" | "slab" | "disc" as about:
+            from softmark.interpreter.problem import porous_theory
+
+            if about in ("slab", "disc"):
+                return porous_theory.squeezed_of(reference, case)
+            return porous_theory.column_of(case) if about == "column" else porous_theory.pressed_column_of(case)
+        case "pressed":
+            from softmark.interpreter.problem.contact_theory import pressed_of
+
+            return pressed_of(reference, case)
+        case "stopped":
+            from softmark.interpreter.problem.signorini_theory import bar_of as stopped_bar_of
+
+            return stopped_bar_of(case)
+        case "stacked":
+            from softmark.interpreter.problem.patch_theory import stack_of
+
+            return stack_of(case)
+        case "frame":
+            from softmark.interpreter.problem.frame_problem import frame_of
+
+            return frame_of(case)
+        case "bar":
+            from softmark.interpreter.problem.bar_theory import bar_of
+
+            return bar_of(case)
+    return cantilever_of(reference, case)
+
+
+def solved(reference: Declared, case: Case) -> Theory:
+    """What it says. Raises Fault, and whatever solving it may."""
+    problem = problem_of(reference, case)
+    try:
+        found: Theory = reference.thing.solve(problem)
+    except Refused as refused:
+        raise _broken(reference, refused) from refused
+    return found
+
+
+def _broken(reference: Declared, refused: Refused) -> Fault:
+    problem = f"`{reference.name}` does not hold for this scene: {refused.reason}"
+    return fault("E503", reference.at(), problem, help=refused.remedy)
+
+
+def at_rest_of(reference: Declared, case: Case, found: Theory) -> AtRest | None:
+    """What it says of forces; None of one that does not."""
+    if not reference.thing.with_forces:
+        return None
+    own: Any = found
+    if reference.thing.about in CONTACT:
+        from softmark.interpreter.problem import contact_theory
+
+        return contact_theory.at_rest(reference, case, own)
+    if reference.thing.about == "stacked":
+        from softmark.interpreter.problem import patch_theory
+
+        return patch_theory.at_rest(case, own)
+    if reference.thing.about in POROUS:
+        from softmark.interpreter.problem import porous_theory
+
+        return porous_theory.at_rest(case, own)
+    if reference.thing.about == "relaxing":
+        from softmark.interpreter.problem import relaxation_theory
+
+        return relaxation_theory.at_rest(case, own)
+    from softmark.interpreter.problem import torsion_theory
+
+    return torsion_theory.at_rest(case, own)
+
+
+def stress_of(reference: Declared, found: Theory) -> Callable[[], Any] | None:
+    """What it says of stress, as a model does; None of one that does not."""
+    if not reference.thing.with_stress:
+        return None
+    own: Any = found
+    told: Any
+    if reference.thing.about == "stacked":
+        from softmark.interpreter.problem import patch_theory
+
+        told = patch_theory.Told(own)
+    else:
+        from softmark.interpreter.problem import inclusion_theory
+
+        told = inclusion_theory.Told(own)
+    return lambda: told
+
+
+def doubt_of_theory(reference: Declared, found: Theory) -> str | None:
+    """Why it is not the truth of the body as it is loaded; None where nothing speaks against it."""
+    if reference.thing.about in POROUS:
+        from softmark.interpreter.problem import porous_theory
+
+        return porous_theory.doubt_of(found)
+    if reference.thing.about in (*CONTACT, "stacked"):
+        from softmark.interpreter.problem import contact_theory
+
+        return contact_theory.doubt_of(found)
+    if not reference.thing.with_stress:
+        return None
+    from softmark.interpreter.problem.inclusion_theory import doubt_of
+
+    return doubt_of(found)  # type: ignore[arg-type]
+
+
+def facts_of_theory(reference: Declared, found: Theory) -> Mapping[str, Any]:
+    """What a report has of it beside its error."""
+    own: Any = found
+    if reference.thing.about == "inflation":
+        limit = own.limit
+        return {"limit": None if limit is None else {"stretch": limit[0], "pressure_Pa": limit[1]}}
+    if reference.thing.about in (*CONTACT, "stacked"):
+        from softmark.interpreter.problem import contact_theory
+
+        return contact_theory.facts_of(own)
+    if reference.thing.about == "pressed_column":
+        return {"force_error_N": own.pull_error}
+    if not reference.thing.with_stress:
+        return {}
+    from softmark.interpreter.problem.inclusion_theory import said
+
+    return {"size_matters": own.size_matters, "said": said(own)}

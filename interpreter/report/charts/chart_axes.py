@@ -1,0 +1,86 @@
+"""Axes: from a range of SI values to ticks with labels, linear or logarithmic."""
+
+from __future__ import annotations
+
+import math
+
+from softmark.interpreter.language.number_formatting import is_ratio, power_of_ten, quantity, scale_of, signed
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A range in SI with its ticks; `log` spaces it by decades."""
+
+    low: float
+    high: float
+    label: str
+    ticks: tuple[tuple[float, str], ...]
+    log: bool = False
+
+    def at(self, value: float) -> float:
+        """Where a value lies: 0 at the low end, 1 at the high end."""
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+
+def nice_step(span: float, about: int) -> float:
+    """The step out of 1, 2, 2.5, 5 times a power of ten that divides a span into about so many parts."""
+    raw = span / max(about, 1)
+    decade = 10.0 ** math.floor(math.log10(raw))
+    return next(m * decade for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= raw * 0.999)
+
+
+def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axis:
+    """An axis from low to high with round ticks in the unit that fits."""
+    scale = scale_of((low, high), unit)
+    step = nice_step((high - low) / scale.factor, about)
+    decimals = max(0, (1 if _mantissa(step) == 2.5 else 0) - math.floor(math.log10(step) + 1e-9))
+    first, last = math.ceil(low / scale.factor / step - 1e-9), math.floor(high / scale.factor / step + 1e-9)
+    ticks = tuple((i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1))
+    return Axis(low, high, scale.heading(name), ticks)
+
+
+def _mantissa(step: float) -> float:
+    return round(step / 10.0 ** math.floor(math.log10(step) + 1e-9), 6)
+
+
+def whole(low: int, high: int, name: str, about: int = 6) -> Axis:
+    """An axis of whole numbers."""
+    high = max(high, low + 1)
+    step = max(1, round(nice_step(high - low, about)))
+    first = -(-low // step) * step
+    ticks = tuple((float(i), str(i)) for i in range(first, high + 1, step))
+    return Axis(float(low), float(high), name, ticks)
+
+
+def logarithmic(low: float, high: float, name: str, unit: str, about: int = 7) -> Axis:
+    """An axis that holds low and high, with ticks at decades: lengths `10 µm`, plain numbers `10⁻³`.
+
+    Its ends are 1, 2 or 5 times a power of ten; it spans a decade at least, so that there are two ticks.
+    """
+    bottom, top = _round_down(low), _round_up(high)
+    if top < 10 * bottom:
+        bottom = 10.0 ** math.floor(math.log10(bottom) + 1e-9)
+        top = max(top, 10 * bottom)
+    first, last = math.ceil(math.log10(bottom) - 1e-9), math.floor(math.log10(top) + 1e-9)
+    every = max(1, math.ceil((last - first) / about))
+    ticks = tuple((10.0**k, _decade(k, unit)) for k in range(first, last + 1, every))
+    return Axis(bottom, top, name, ticks, log=True)
+
+
+def _round_down(value: float) -> float:
+    decade = 10.0 ** math.floor(math.log10(value) + 1e-9)
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m == 1.0 or m * decade <= value)
+
+
+def _round_up(value: float) -> float:
+    decade = 10.0 ** math.floor(math.log10(value) - 1e-9)
+    return next(m * decade for m in (1.0, 2.0, 5.0, 10.0) if m * decade >= value * (1 - 1e-9))
+
+
+def _decade(exponent: int, unit: str) -> str:
+    if is_ratio(unit):
+        return "1" if exponent == 0 else power_of_ten(exponent)
+    return quantity(10.0**exponent, unit) if exponent >= -9 else f"{power_of_ten(exponent)}\u00a0{unit}"

@@ -1,0 +1,135 @@
+"""A chart as inline SVG: grid, axes, curves with markers, and names at the ends of curves."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from softmark.interpreter.report.charts.chart_axes import Axis
+from softmark.interpreter.report.charts.curve_labels import LabelPlace, Path, Point, places, runs
+from softmark.interpreter.report.charts.curve_styles import MARKERS, Look
+from softmark.interpreter.report.page.html_markup import plain, tag, text
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line of SI points, None where there is no value; `column` is its first cell in the data table."""
+
+    name: str
+    look: Look
+    points: tuple[Point | None, ...]
+    column: int = 1
+    columns: int = 1
+    every: int = 0  # a marker at every so many points; 0: about seven in all
+    named: bool = True  # by its end, if there is room
+
+
+@dataclass(frozen=True)
+class Chart:
+    """What is drawn: `width` and `height` of the plot, in pixels; `desc` says in words what it shows."""
+
+    identity: str
+    title: str
+    desc: str
+    x: Axis
+    y: Axis
+    width: float
+    height: float
+    curves: tuple[Curve, ...]
+    under: str = ""  # markup beneath the curves
+    labels: bool = True
+    left: float = 58.0
+    top: float = 34.0
+    right: float = 18.0
+    bottom: float = 52.0
+
+    def pixel(self, point: Point) -> Point:
+        """Where a point lies in the picture."""
+        x, y = self.x.at(point[0]), self.y.at(point[1])
+        return self.left + x * self.width, self.top + (1.0 - y) * self.height
+
+    @cached_property
+    def paths(self) -> tuple[Path, ...]:
+        """Pixels of every curve."""
+        return tuple(tuple(p and self.pixel(p) for p in curve.points) for curve in self.curves)
+
+    @cached_property
+    def names(self) -> dict[int, LabelPlace]:
+        """Where the names of curves stand."""
+        wanted = [curve.name if curve.named and self.labels else None for curve in self.curves]
+        right, bottom = self.left + self.width + self.right, self.top + self.height
+        return places(self.paths, wanted, (self.left, self.top, right, bottom))
+
+    def svg(self) -> str:
+        """The picture."""
+        w, h = self.left + self.width + self.right, self.top + self.height + self.bottom
+        title = tag("title", text(plain(self.title)), id=f"{self.identity}-t")
+        clip = f'<clipPath id="{self.identity}-c">{self._plot()}</clipPath>'
+        desc = tag("desc", text(plain(self.desc)), id=f"{self.identity}-d")
+        drawn = [_curve(c, path, i) for i, (c, path) in enumerate(zip(self.curves, self.paths, strict=True))]
+        curves = tag("g", *drawn, clip_path=f"url(#{self.identity}-c)")
+        named = [_name(self.curves[i], i, self.paths[i], place) for i, place in self.names.items()]
+        return tag(
+            "svg", title, desc, clip, _axes(self), self.under, curves, *named, role="img",
+            aria_labelledby=f"{self.identity}-t {self.identity}-d", viewBox=f"0 0 {w:.0f} {h:.0f}",
+            style=f"max-width:{w / 14.5:.1f}rem;--whole:{w / (w - self.right + 18):.3f}",
+        )  # fmt: skip
+
+    def _plot(self) -> str:
+        """The plot with room for markers at its edges: curves that leave it end there."""
+        return tag("rect", x=self.left - 6, y=self.top - 6, width=self.width + 12, height=self.height + 12)
+
+
+def _curve(curve: Curve, path: Path, index: int) -> str:
+    lines = [tag("polyline", points=" ".join(f"{x:.1f},{y:.1f}" for x, y in run)) for run in runs(path)]
+    skipped = " ".join(str(i) for i, p in enumerate(path) if p is None)
+    line = tag("g", *lines, stroke_dasharray=curve.look.dash or None)
+    return tag(
+        "g", line, _markers(curve, path, index), class_=f"curve k{index} {curve.look.classes}",
+        data_name=curve.name, data_c=curve.column, data_w=curve.columns, data_skip=skipped or None,
+    )  # fmt: skip
+
+
+def _markers(curve: Curve, path: Path, index: int) -> str:
+    if curve.look.marker not in MARKERS:
+        return ""
+    every = curve.every or max(1, round((len(path) - 1) / 7))
+    start = 0 if every == 1 else (1 + 2 * index) % every
+    last = max((i for i, p in enumerate(path) if p), default=-1)
+    chosen = [p for i, p in enumerate(path) if p and (i == last or (i % every == start and i + 2 < last) or every == 1)]
+    return tag("path", class_="mark", d="".join(MARKERS[curve.look.marker](*p) for p in chosen))
+
+
+def _name(curve: Curve, index: int, path: Path, place: LabelPlace) -> str:
+    name = tag("text", text(curve.name), x=f"{place.x:.1f}", y=f"{place.y:.1f}", text_anchor=place.anchor)
+    line = ""
+    if place.line:
+        (ax, ay), (bx, by) = place.line
+        line = tag("path", d=f"M{ax:.1f} {ay:.1f}L{bx:.1f} {by:.1f}")
+    return tag("g", line, name, class_=f"name k{index} {curve.look.classes}")
+
+
+def _axes(chart: Chart) -> str:
+    """Grid lines, tick labels and the names of both axes."""
+    left, top, right, bottom = chart.left, chart.top, chart.left + chart.width, chart.top + chart.height
+    across = [(left + chart.x.at(value) * chart.width, label) for value, label in chart.x.ticks]
+    up = [(bottom - chart.y.at(value) * chart.height, label) for value, label in chart.y.ticks]
+    grid = [f"M{x:.1f} {top:.1f}V{bottom:.1f}" for x, _ in across] + [f"M{left:.1f} {y:.1f}H{right:.1f}" for y, _ in up]
+    ticks = [_text(label, x, bottom + 19, "middle") for x, label in across]
+    ticks += [_text(label, left - 8, y + 4, "end") for y, label in up]
+    frame = tag("path", class_="frame", d=f"M{left:.1f} {top:.1f}V{bottom:.1f}H{right:.1f}")
+    names = _text(chart.x.label, (left + right) / 2, bottom + 43, "middle", class_="axis")
+    names += _text(chart.y.label, 2, top - 17, "start", class_="axis")
+    return tag("path", class_="grid", d="".join(grid)) + frame + tag("g", *ticks, class_="ticks") + names
+
+
+def _text(words: str, x: float, y: float, anchor: str, **attributes: object) -> str:
+    return tag("text", text(words), x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, **attributes)
+
+
+def sample(look: Look) -> str:
+    """A short piece of the curve for a legend; hidden from screen readers, whose legend is the name."""
+    line = tag("g", tag("path", d="M1 7H37"), stroke_dasharray=look.dash or None)
+    mark = tag("path", class_="mark", d=MARKERS[look.marker](19, 7)) if look.marker in MARKERS else ""
+    drawn = tag("g", line, mark, class_=f"curve {look.classes}")
+    return tag("svg", drawn, viewBox="0 0 38 14", width=38, height=14, aria_hidden="true")

@@ -1,0 +1,104 @@
+"""What changed between two results, for the terminal."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+from softmark.grammar.diagnostic import all_visible
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.study.analysis.comparison_point import Spread
+from softmark.interpreter.study.analysis.result_changes import (
+    Changes,
+    FactChange,
+    MetricChange,
+    StatusChange,
+    TimeChange,
+)
+
+STYLES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
+WORSE = ("not_converged", "diverged", "failed", "timed_out")
+NOTHING = "Nothing changed: the same models, statuses and values; no time differs by more than its noise."
+
+
+def changes_table(changes: Changes, colour: bool) -> str:
+    """A block for each kind of change, what explains it first; a sentence where there is none."""
+    found = all_visible(changes)
+    paint = colour and not os.environ.get("NO_COLOR")
+    blocks = [
+        _block("environment", _facts(found.environment), paint),
+        _block("scene", _facts(found.scenes), paint),
+        _block("added", [(n,) for n in found.added], paint),
+        _block("removed", [(n,) for n in found.removed], paint),
+        _block("status", [_status(c, paint) for c in found.status], paint),
+        _block("values", [_metric(c) for c in found.metrics], paint),
+        _block("times", [_time(c, paint) for c in found.times], paint),
+        _block("expectations", _facts(found.expectations), paint),
+    ]
+    head = _style(" -> ".join(found.files), "bold", paint)
+    told = [block for block in blocks if block]
+    results = any(blocks[2:])
+    return "\n\n".join([head, *told, *([] if results else [NOTHING])])
+
+
+def _style(words: str, name: str, paint: bool) -> str:
+    return f"\x1b[{STYLES[name]}m{words}\x1b[0m" if paint else words
+
+
+def _block(heading: str, rows: Sequence[Sequence[str]], paint: bool) -> str:
+    """Aligned rows under a heading; the last cell of a row is free."""
+    if not rows:
+        return ""
+    fixed = max(len(row) for row in rows) - 1
+    widths = [max((len(row[i]) for row in rows if i < len(row) - 1), default=0) for i in range(fixed)]
+    lines = [
+        "  " + "  ".join([*(f"{c:<{w}}" for c, w in zip(row[:-1], widths, strict=False)), row[-1]]).rstrip()
+        for row in rows
+    ]
+    return "\n".join([_style(heading, "bold", paint), *lines])
+
+
+def _facts(facts: Sequence[FactChange]) -> list[tuple[str, str]]:
+    return [(f.what, f"{plain_fact(f.old)} -> {plain_fact(f.new)}") for f in facts]
+
+
+def plain_fact(known: Any) -> str:
+    """A fact in words; of a digest its beginning."""
+    said = "nothing" if known is None else str(known)
+    return said[:12] if len(said) == 64 and set(said) <= set("0123456789abcdef") else said  # a digest
+
+
+def _status(change: StatusChange, paint: bool) -> tuple[str, str]:
+    said = f"{change.old} -> {change.new}".replace("_", " ")
+    worse = change.new in WORSE
+    reason = f": {change.message}" if worse and change.message else ""
+    return change.name, _style(said + reason, "bad" if worse else "good", paint)
+
+
+def _metric(change: MetricChange) -> tuple[str, str, str, str]:
+    unit, verdict = change.unit or "1", change.verdict
+    if change.relative is not None:
+        verdict = f"{verdict} ({100 * change.relative:+.3g} %)"
+    elif change.reason:
+        verdict = f"{verdict}: {change.reason}"
+    return change.name, change.metric, f"{value(change.old, unit)} -> {value(change.new, unit)}", verdict
+
+
+def value(number: float | None, unit: str) -> str:
+    """A number with its unit."""
+    return "none" if number is None else quantity(number, unit, 6, percent=True).replace("\u00a0", " ")
+
+
+def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
+    course, clock = f"{seconds(change.old)} -> {seconds(change.new)}", change.clock.removesuffix("_s")
+    factor, words = (change.ratio, "longer") if change.ratio >= 1 else (1 / change.ratio, "shorter")
+    style = {"undecided": "quiet", "slower": "bad"}.get(change.verdict, "good")
+    said = f"{change.verdict}, {factor:.3g} times" + (f" {words}: {change.reason}" if change.reason else "")
+    return change.name, clock.replace("_", " "), course, _style(said, style, paint)
+
+
+def seconds(spread: Spread) -> str:
+    """A median with its quartiles, where they differ."""
+    said, low, high = (quantity(s, "s", 3) for s in (spread.median, spread.q1, spread.q3))
+    return (said if low == high else f"{said} [{low}-{high}]").replace("\u00a0", " ")

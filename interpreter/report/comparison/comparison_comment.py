@@ -1,0 +1,92 @@
+"""What changed between two results, as a comment of a pull request: verdicts, then numbers beyond noise, then times."""
+
+from __future__ import annotations
+
+from softmark.interpreter.report.comparison.comparison_changes import NOTHING, WORSE, plain_fact, seconds, value
+from softmark.interpreter.report.page.comment_markdown import LIMIT, MarkdownTable, Row, code, document, plain
+from softmark.interpreter.study.analysis.result_changes import (
+    Changes,
+    FactChange,
+    MetricChange,
+    StatusChange,
+    TimeChange,
+)
+
+SORT = {"lost": 0, "found": 1, "changed": 2, "added": 3, "removed": 4}  # verdicts of numbers that are more than noise
+
+
+def comment(changes: Changes, limit: int = LIMIT) -> str:
+    """Markdown of at most `limit` characters."""
+    verdicts = _verdicts(changes)
+    numbers = sorted((m for m in changes.metrics if m.verdict in SORT), key=_weight)
+    times = sorted((t for t in changes.times if t.verdict != "undecided"), key=lambda t: -t.ratio)
+    tables = [
+        MarkdownTable("verdicts", ("verdict of", "before", "after"), verdicts),
+        MarkdownTable("numbers", ("number", "of", "before", "after", "change"), [_number(m) for m in numbers]),
+        MarkdownTable("times", ("time", "of", "before", "after", "change"), [_time(t) for t in times]),
+    ]
+    counts = [f"{len(t.rows)} {t.noun[:-1] if len(t.rows) == 1 else t.noun}" for t in tables if t.rows]
+    said = f"Changed: {', '.join(counts)}." if counts else NOTHING
+    head = f"**{' → '.join(map(code, changes.files))}.** {said}"
+    return document(head, tables, "\n\n".join(filter(None, (_noise(changes), _explained(changes)))), limit)
+
+
+def _verdicts(changes: Changes) -> list[Row]:
+    """Expectations, and what became of models and references; what is worse now comes first."""
+    rows = [(_worse(f), _fact(f)) for f in changes.expectations]
+    rows += [(s.new in WORSE, _status(s)) for s in changes.status]
+    rows += [(False, (code(name), "", "added")) for name in changes.added]
+    rows += [(False, (code(name), "", "removed")) for name in changes.removed]
+    return [row for worse in (True, False) for bad, row in rows if bad is worse]
+
+
+def _worse(fact: FactChange) -> bool:
+    return fact.new in ("not met", "not judged") or (fact.new is None and fact.old == "met")
+
+
+def _fact(fact: FactChange) -> Row:
+    new = plain(plain_fact(fact.new))
+    return code(fact.what), plain(plain_fact(fact.old)), f"**{new}**" if _worse(fact) else new
+
+
+def _status(change: StatusChange) -> Row:
+    old, new = (plain((s or "nothing").replace("_", " ")) for s in (change.old, change.new))
+    if change.new in WORSE:
+        new = f"**{new}**" + (f": {code(change.message)}" if change.message else "")
+    return code(change.name), old, new
+
+
+def _weight(change: MetricChange) -> tuple[int, float]:
+    return SORT[change.verdict], -abs(change.relative or 0.0)
+
+
+def _number(change: MetricChange) -> Row:
+    unit, verdict = change.unit or "1", change.verdict
+    if change.relative is not None:
+        verdict = f"{100 * change.relative:+.3g} %"
+    said = f"{verdict}: {code(change.reason)}" if change.reason else verdict
+    return code(change.metric), code(change.name), *(plain(value(v, unit)) for v in (change.old, change.new)), said
+
+
+def _time(change: TimeChange) -> Row:
+    clock = change.clock.removesuffix("_s").replace("_", " ")
+    said = f"{change.verdict}, × {change.ratio:.3g}"
+    return clock, code(change.name), seconds(change.old), seconds(change.new), said
+
+
+def _noise(changes: Changes) -> str:
+    """What is no more than noise is counted."""
+    below = sum(m.verdict not in SORT for m in changes.metrics)
+    undecided = sum(t.verdict == "undecided" for t in changes.times)
+    numbers = f"{below} more changed by less than the uncertainty of their references" if below else ""
+    times = f"of {undecided} times the noise is not known" if undecided else ""
+    said = "; ".join(filter(None, (numbers, times)))
+    return f"{said[:1].upper()}{said[1:]}." if said else ""
+
+
+def _explained(changes: Changes) -> str:
+    """What may be why: other texts, parameters, versions and machines."""
+    facts = [*changes.scenes, *changes.environment]
+    told = [f"{plain(f.what)} {code(plain_fact(f.old))} → {code(plain_fact(f.new))}" for f in facts[:12]]
+    more = [f"{len(facts) - 12} more"] if len(facts) > 12 else []
+    return f"Not the same: {'; '.join([*told, *more])}." if facts else ""

@@ -1,0 +1,194 @@
+"""`page`: what `dsl compare` shows, one HTML file that needs nothing else; the advice comes first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from softmark.interpreter.report.comparison import comparison_tables, cost_figure, study_answers
+from softmark.interpreter.report.comparison.comparison_view import SceneView, apart, status_of, views
+from softmark.interpreter.report.comparison.work_precision_diagram import Diagram, by_frames, key
+from softmark.interpreter.report.page.figure_frame import details
+from softmark.interpreter.report.page.html_document import document, moment
+from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, tag, text
+from softmark.interpreter.report.run.tables.provenance_table import listing, table_of
+from softmark.interpreter.study.analysis.comparison_advice import Advice
+from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.configurations.task_outcome import PointWarning
+
+OPEN = 40  # configurations beyond which their table is folded
+
+
+def page(comparison: Compared) -> str:
+    """A complete HTML5 document: no network, no other file."""
+    own = views(comparison)
+    return document(
+        f"{title(own)} – softmark comparison",
+        plain(conclusion(own)),
+        _header(own, comparison),
+        [(name, make(own, comparison)) for name, make in SECTIONS],
+        "compare.json",
+        max((len(view.lines) for view in own), default=0),
+        ["report.css", "compare.css"],
+        ["report.js"],
+    )
+
+
+def title(own: Sequence[SceneView]) -> str:
+    """What is compared, in a line."""
+    titles = list(dict.fromkeys(view.title for view in own))
+    return listed(titles) if 0 < len(titles) <= 3 else count(len(titles), "scene") if titles else "Nothing to compare"
+
+
+def conclusion(own: Sequence[SceneView]) -> str:
+    """`9 configurations of 3 models, 8 of them solved.`"""
+    points = [p for view in own for p in view.points]
+    if not points:
+        return "There are no configurations."
+    models = len({(p.scene, p.model) for p in points})
+    solved = sum(p.solved for p in points)
+    rest = "all of them solved" if solved == len(points) else f"{solved} of them solved" if solved else "none solved"
+    return f"{count(len(points), 'configuration')} of {count(models, 'model')}, {rest}."
+
+
+def _header(own: Sequence[SceneView], comparison: Compared) -> str:
+    where = [moment(comparison.created), text(comparison.environment.get("cpu") or "")]
+    line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
+    above = tag("p", "softmark comparison", class_="eyebrow")
+    said = tag("p", prose(conclusion(own)), class_="conclusion")
+    return tag("header", above, tag("h1", text(title(own))), said, line)
+
+
+# ------------------------------------------------------------------ sections
+
+
+def _advice(own: Sequence[SceneView], comparison: Compared) -> str:
+    """What to take, first of all."""
+    return section("advice", "Advice", advice(own, comparison))
+
+
+def advice(own: Sequence[SceneView], comparison: Compared) -> str:
+    """A sentence for each scene, what must be said about it beneath."""
+    blocks = []
+    allowed = comparison.analysis.options.allow_contaminated
+    for view in own:
+        items = [tag("li", _sentence(a), class_=None if a.winner else "none") for a in view.analysis.advice]
+        said = tag("ul", *items, class_="advice") if items else tag("p", prose(view.without_advice), class_="quiet")
+        rest = [tag("p", prose(d.text), class_="callout warn") for d in view.analysis.disagreements]
+        blocks.append(_under(view, own, said + "".join(rest) + cost_figure.quality(view, allowed)))
+    said = apart(own)
+    blocks = [tag("p", prose(said), class_="lead"), *blocks] if said else blocks
+    return "".join(blocks) or tag("p", "There is nothing to advise about.", class_="quiet")
+
+
+def _sentence(advice: Advice) -> str:
+    """The sentence, what must be said about it beneath."""
+    return prose(advice.sentence) + "".join(tag("small", prose(caveat)) for caveat in advice.caveats)
+
+
+def _under(view: SceneView, own: Sequence[SceneView], markup: str) -> str:
+    """Under the scene's title where there are several scenes."""
+    return (tag("h3", text(view.heading)) if len(own) > 1 else "") + markup if markup else ""
+
+
+def _diagrams(own: Sequence[SceneView], comparison: Compared) -> str:
+    drawn = diagrams(own)
+    return section("work", "Work and precision", drawn) if drawn else ""
+
+
+def diagrams(own: Sequence[SceneView]) -> str:
+    """Error against effort, with what failed beneath; empty where nothing was computed."""
+    return "".join(_under(view, own, _figures(view) + _failures(view)) for view in own if view.points)
+
+
+def _figures(view: SceneView) -> str:
+    if not view.metrics:
+        return ""
+    figures = [Diagram(view, i, metric).figure() for i, metric in enumerate(view.metrics)]
+    if by_frames(view):
+        figures += [Diagram(view, i, metric, frames=True).figure() for i, metric in enumerate(view.metrics)]
+    lead = (
+        "Down and left is better: less error, less time."
+        if view.timed
+        else "Nothing was timed, so errors stand against numbers of unknowns."
+    )
+    return tag("p", lead, class_="lead") + key(view) + "".join(figures)
+
+
+def _failures(view: SceneView) -> str:
+    """What has no solution, and why."""
+    entries = {(f.label, f.message): f for f in view.analysis.failures}.values()
+    if not entries:
+        return ""
+    items = []
+    for f in entries:
+        who = "reference " if f.kind == "reference" else ""
+        message = prose(f.message or "no reason was given")
+        items.append(tag("li", text(who), tag("code", text(f.label)), f" {text(status_of(f.status))}: ", message))
+    title = tag("p", tag("b", f"✗ {count(len(items), 'failure')}"))
+    return tag("div", title, tag("ul", *items, class_="failures"), class_="callout bad")
+
+
+def _tables(make: Callable[[SceneView], str], name: str, title: str) -> Callable[[Sequence[SceneView], Compared], str]:
+    """A section that has the same table for every scene."""
+
+    def made(own: Sequence[SceneView], comparison: Compared) -> str:
+        blocks = [_under(view, own, make(view)) for view in own if view.points]
+        return section(name, title, *blocks) if any(blocks) else ""
+
+    return made
+
+
+def _points(view: SceneView) -> str:
+    own = comparison_tables.all_points(view)
+    return own if len(view.points) <= OPEN else details(f"{len(view.points)} configurations", own)
+
+
+def _levers(view: SceneView) -> str:
+    own = comparison_tables.levers(view)
+    return own if len(view.analysis.levers) <= OPEN else details(f"{len(view.analysis.levers)} changes", own)
+
+
+def _provenance(own: Sequence[SceneView], comparison: Compared) -> str:
+    """The command, the environment, the references and the scenes."""
+    again = tag("p", "To repeat this comparison:")
+    repeat = again + tag("pre", tag("code", text(comparison.command)), class_="command") if comparison.command else ""
+    scenes = [listing(scene) for scene in comparison.scenes]
+    box = table_of(comparison.environment)
+    return section("provenance", "Provenance", repeat, _references(own), _warnings(own), box, *scenes)
+
+
+def _references(own: Sequence[SceneView]) -> str:
+    items = []
+    for view in own:
+        for name, r in view.references.items():
+            kind, source = r.kind or "reference", r.source or "its source is not stated"
+            about = f"{kind[:1].upper()}{kind[1:]}: {source}."
+            items.append(tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(about))))
+    return tag("dl", *items, class_="meanings") if items else tag("p", "No references.", class_="quiet")
+
+
+def _warnings(own: Sequence[SceneView]) -> str:
+    """Warnings about points, each once with how many it concerns."""
+    found: dict[PointWarning, int] = {}
+    for warning in (w for view in own for point in view.points for w in point.warnings):
+        found[warning] = found.get(warning, 0) + 1
+    items = [
+        tag("li", tag("span", text(w.code), class_="code"), prose(f"{w.message} ({count(n, 'configuration')})"))
+        for w, n in found.items()
+    ]
+    return tag("p", "Warnings") + tag("ul", *items, class_="warnings") if items else ""
+
+
+SECTIONS: tuple[tuple[str, Callable[[Sequence[SceneView], Compared], str]], ...] = (
+    ("advice", _advice),
+    ("work", _diagrams),
+    ("levels", _tables(comparison_tables.effort_to_error, "levels", "Time to an error")),
+    ("rates", _tables(comparison_tables.best_at_rates, "rates", "Within a frame")),
+    ("points", _tables(_points, "points", "Configurations")),
+    ("studies", _tables(study_answers.studies, "studies", "What the studies ask")),
+    ("orders", _tables(comparison_tables.orders, "orders", "Orders of convergence")),
+    ("distances", _tables(comparison_tables.distances, "distances", "Everyone against everyone")),
+    ("levers", _tables(_levers, "levers", "What a single change does")),
+    ("costs", _tables(cost_figure.costs, "costs", "Where the time goes")),
+    ("provenance", _provenance),
+)

@@ -1,0 +1,360 @@
+"""Tables of a comparison: all points, effort to an error, best within a frame, orders, distances, single changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softmark.interpreter.language.number_formatting import grouped, quantity, signed
+from softmark.interpreter.report.comparison.comparison_view import SceneView, spread_range, status_of
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.html_markup import broken, count, prose, tag, text
+from softmark.interpreter.study.analysis.comparison_analysis import AtLevel
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, Spread
+from softmark.interpreter.study.analysis.configuration_pairs import ErrorChange, Lever
+from softmark.interpreter.study.analysis.pareto_front import Within
+from softmark.interpreter.study.analysis.refinement_convergence import Limit, LineOrders
+from softmark.references.convergence_orders import Refined
+
+MOODS = {
+    "converged": ("✓", "good"), "capped": ("~", "quiet"), "read": ("✓", "good"), "skipped": ("–", "quiet"),
+    "unsupported": ("–", "quiet"),
+}  # fmt: skip
+DASH = "–"
+
+
+def table(caption: str, head: Sequence[str], rows: Sequence[str], kind: str = "") -> str:
+    """A table in its scrolling box; `head` and `rows` are markup."""
+    label = tag("caption", tag("span", prose(caption)))
+    own = tag("table", label, tag("thead", tag("tr", *head)), tag("tbody", *rows), class_=f"compared {kind}".strip())
+    return tag("div", own, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
+
+
+def heading(words: str, number: bool = False) -> str:
+    """The head of a column."""
+    return tag("th", prose(words), scope="col", class_="n" if number else None)
+
+
+def row_head(name: str, below: str = "") -> str:
+    """The head of a row."""
+    return tag("th", tag("code", broken(name)), tag("small", text(below)) if below else "", scope="row")
+
+
+def cell(words: str, below: str = "", best: bool = False) -> str:
+    """A number and what stands below it; words are text."""
+    shown = tag("strong", text(words)) if best else text(words)
+    return tag("td", shown, tag("small", prose(below)) if below else "", class_="n")
+
+
+def row(*cells: str) -> str:
+    """A row of a table."""
+    return tag("tr", *cells)
+
+
+# ------------------------------------------------------------------ all points
+
+
+def all_points(view: SceneView) -> str:
+    """Every configuration with its status, size, errors, times and solver, and a CSV of it."""
+    return configurations(view) + _points_csv(view)
+
+
+def configurations(view: SceneView, most: int | None = None) -> str:
+    """The table of configurations, the first so many."""
+    head = [heading(w) for w in ("Configuration", "Status")]
+    named = (f"`{m}`" for m in (*view.metrics, *view.measurements))
+    head += [heading(w, True) for w in (*named, "Unknowns", *_clocks(view))]
+    head += [heading("Solver"), heading("Timing")]
+    known = view.metrics.values()
+    star = " ★: on the front of this error." if any(own.front for own in known) else ""
+    dagger = " ±: the uncertainty of the reference; †: within it." if any(own.uncertainty for own in known) else ""
+    rows = [_point(view, point) for point in view.once[:most]]
+    which = "All" if most is None or len(view.once) <= most else f"{most} of {len(view.once)}"
+    return table(f"{which} configurations.{star}{dagger}", head, rows, "points-table")
+
+
+def _clocks(view: SceneView) -> tuple[str, ...]:
+    return (view.effort_name, "Set-up", "Memory") if view.timed else ()
+
+
+def _point(view: SceneView, point: ComparedPoint) -> str:
+    sign, mood = MOODS.get(point.status, ("✗", "bad"))
+    words = " " + text(status_of(point.status))
+    if point.status == "converged":  # the usual: the sign is enough for those who see it
+        words = tag("span", words, class_="spoken")
+    status = tag("span", tag("span", sign, aria_hidden="true"), words, class_=f"status {mood}")
+    cells = [row_head(point.label, point.outline), tag("td", status, _unbalanced(point))]
+    cells += [_error(view, point, metric) for metric in view.metrics]
+    cells += [cell(view.measured(point, metric)) for metric in view.measurements]
+    cells += [cell(grouped(point.dofs) if point.dofs else DASH), *(_times(view, point) if view.timed else ())]
+    return row(*cells, _solver(point), tag("td", _quality(point), class_="quality"))
+
+
+def _unbalanced(point: ComparedPoint) -> str:
+    """What is left of the full model's equations, where only reduced ones were solved."""
+    left = point.reduced.full_residual if point.reduced else None
+    return "" if left is None else tag("small", text(f"full equations: {left:.2g} of the load is not balanced"))
+
+
+def _solver(point: ComparedPoint) -> str:
+    """Which linear solver, after how many iterations."""
+    below = "" if point.iterations is None else tag("small", text(count(point.iterations, "iteration")))
+    return tag("td", text(point.linear_solver or DASH), below, class_="solver")
+
+
+def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
+    error, known = point.error(metric), view.metrics[metric]
+    if error is None:
+        return cell(DASH, point.metric(metric).reason or "not measured" if point.solved else "")
+    starred = point.key in known.front
+    within = point.within(metric, known.uncertainty)
+    said = view.amount(error, metric) + (" †" if within else "") + (" ★" if starred else "")
+    own = point.uncertainty(metric)
+    return cell(said, f"± {view.amount(own, metric)}" if own else "", starred)
+
+
+def _times(view: SceneView, point: ComparedPoint) -> list[str]:
+    spread, setup = view.effort(point), point.cost.setup_s
+    most = "≤ " if point.cost.most else ""
+    time = cell(most + quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
+    return [time, cell(quantity(setup.median, "s", 3) if setup else DASH), cell(said_bytes(point.cost.memory_bytes))]
+
+
+def said_bytes(number: float | None) -> str:
+    """`12.3 MB`."""
+    if not number:
+        return DASH
+    power = next((p for p in (9, 6, 3) if number >= 10**p), 0)
+    return f"{number / 10**power:.3g}\u00a0{ {9: 'GB', 6: 'MB', 3: 'kB', 0: 'B'}[power] }"
+
+
+def _quality(point: ComparedPoint) -> str:
+    """Runs, runs left out, and what was flagged."""
+    cost = point.cost
+    said = [count(cost.runs, "run")] if cost.runs else []
+    said += [f"{cost.excluded_runs} left out"] if cost.excluded_runs else []
+    said += ["disturbed"] if cost.contaminated else []
+    return text(", ".join([*said, *cost.flags])) or DASH
+
+
+def _points_csv(view: SceneView) -> str:
+    clocks = ("cpu_s", "wall_s", "step_s", "setup_s")
+    header = ["configuration", "model", "study", "status", "message", "nodes", "elements", "dofs"]
+    header += [f"{name} [{own.unit}]" for m, own in view.metrics.items() for name in (m, f"uncertainty of {m}")]
+    header += [f"{m} [{unit}]" for m, unit in view.measurements.items()]
+    parts = ("median [s]", "q1 [s]", "q3 [s]", "runs")
+    header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in parts]
+    header += ["memory [B]", "iterations", "linear solver", "disturbed", "flags"]
+    rows: list[list[Cell]] = []
+    for p in view.points:
+        own: list[Cell] = [p.label, p.model, p.study, p.status, p.message, p.nodes, p.elements, p.dofs]
+        own += [value for m in view.metrics for value in (p.error(m), p.uncertainty(m))]
+        own += [p.metric(m).value for m in view.measurements]
+        own += [value for clock in clocks for value in _quartiles(p.cost.spread(clock))]
+        own += [p.cost.memory_bytes, p.iterations, p.linear_solver]
+        rows.append([*own, "yes" if p.cost.contaminated else "no", "; ".join(p.cost.flags)])
+    return csv_link(f"{view.scene}-points", header, rows, "Save all configurations as CSV")
+
+
+def _quartiles(spread: Spread | None) -> tuple[Cell, ...]:
+    """Median, quartiles and runs; time steps have no quartiles."""
+    if spread is None:
+        return (None,) * 4
+    q1, q3 = (spread.q1, spread.q3) if spread.quartiles else (None, None)
+    return spread.median, q1, q3, spread.runs
+
+
+# ------------------------------------------------------------------ effort to an error
+
+
+def effort_to_error(view: SceneView) -> str:
+    """For every error: what each line needs to get to each level."""
+    return "".join(_levels(view, metric) for metric, own in view.metrics.items() if own.levels)
+
+
+def _levels(view: SceneView, metric: str) -> str:
+    known = view.metrics[metric]
+    head = [heading("Line"), *(heading(f"{view.amount(v.level, metric)} or less", True) for v in known.levels)]
+    rows = [
+        row(row_head(line.name), *(_level(view, v.lines[i], v.best == line.name, metric) for v in known.levels))
+        for i, line in enumerate(view.lines)
+    ]
+    words = (
+        f"{view.effort_name} to an error of `{metric}`, against `{known.against}`. Interpolated: "
+        "between two neighbouring configurations of the line, straight in the logarithms; all else was computed. "
+        "The least of a column is in bold."
+    )
+    return table(words, head, rows)
+
+
+def _level(view: SceneView, entry: AtLevel, best: bool, metric: str) -> str:
+    found, least = entry.reached, entry.least_error
+    if found is None:
+        above = entry.reason == "it stays above" and least
+        return cell(DASH, f"not below {view.amount(least, metric)}" if above and least else str(entry.reason))
+    name = view.by_key[found.between[0]].label
+    below = "interpolated" if found.interpolated else f"`{name}`" if name != entry.line else ""
+    spread = spread_range(found.effort) if view.timed else ""
+    return cell(view.said_effort(found.effort), ", ".join(part for part in (spread, below) if part), best)
+
+
+# ------------------------------------------------------------------ best within a frame
+
+
+def best_at_rates(view: SceneView) -> str:
+    """For every error and rate: the most accurate configuration that fits, and the next model."""
+    if not view.metrics:
+        return ""
+    if not view.timed or not any(p.cost.frame for p in view.points):
+        return tag("p", "Nothing was timed, so nothing is known of frames.", class_="quiet")
+    words = ("Error", "Frame", "Most accurate that fits", "Error there", "Takes", "Left", "Next model", "Not sure")
+    head = [heading(w, w in ("Error there", "Takes", "Left")) for w in words]
+    rows = [_rate(view, metric, rate) for metric, own in view.metrics.items() for rate in own.rates]
+    caption = (
+        "The least error within a frame. A configuration fits if the third quartile of its times does, or 95 % of its "
+        "steps; a whole solution must fit where there are no steps. Not sure: the median fits, but not that."
+    )
+    return table(caption, head, rows)
+
+
+def _rate(view: SceneView, metric: str, rate: Within) -> str:
+    frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(quantity(1.0 / rate.hz, "s", 3))))
+    unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate.unsure) or DASH))
+    begin = [tag("td", tag("code", broken(metric))), frame]
+    best, other, takes = rate.best, rate.runner_up, rate.takes
+    if best is None or takes is None:
+        return row(*begin, tag("td", DASH, tag("small", prose(str(rate.reason))), colspan=5), unsure)
+    second = f"`{other.label}`" if other else DASH
+    below = view.amount(other.measured, metric) if other else ""
+    return row(
+        *begin, tag("td", tag("code", broken(best.label))),
+        cell(view.amount(best.measured, metric) + (" †" if best.within else "")),
+        cell(quantity(takes.median, "s", 3), spread_range(takes)), cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
+        tag("td", prose(second), tag("small", text(below))), unsure,
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------ orders
+
+
+def orders(view: SceneView) -> str:
+    """Observed orders and limits of every line that refines something; empty where none does."""
+    entries = view.analysis.orders
+    if not entries:
+        return ""
+    head = [
+        heading("Line"),
+        heading("Probe or metric"),
+        *(heading(w, True) for w in ("Finest", "Order", "Limit", "± (GCI)")),
+    ]
+    head += [heading("Asymptotic"), *(heading(f"order of `{m}`", True) for m in view.metrics)]
+    rows = [r for entry in entries for r in _order(view, entry)]
+    caption = (
+        "Refinement. Finest: the largest displacement of the probe on the finest mesh, or the value of a metric where "
+        "no probe is shared; limit: where Richardson's "
+        "extrapolation puts it; ±: the grid convergence index, half a width about the finest value. Orders of errors: "
+        "between the finest two, and by least squares over all. ‡: outside the asymptotic range, not to be relied upon."
+    )
+    return table(caption, head, rows)
+
+
+def _order(view: SceneView, entry: LineOrders) -> list[str]:
+    """A row for each probe, or metric; the errors stand in the first."""
+    errors = [_error_order(entry, m) for m in view.metrics]
+    limits = entry.limits or [Limit(DASH, "metric", "", None, None, Refined("unusable", entry.doubt))]
+    (first, *others) = ([_name(o.of), *limit_cells(o.finest, o.refined, o.unit or "1")] for o in limits)
+    blank = [tag("td")] * len(errors)
+    return [row(row_head(entry.line.name), *first, *errors), *(row(tag("td"), *o, *blank) for o in others)]
+
+
+def _name(name: str) -> str:
+    return tag("td", tag("code", broken(name)))
+
+
+def limit_cells(finest: float | None, found: Refined, unit: str) -> list[str]:
+    """The finest value, the order, the limit with its index, and whether they can be relied upon."""
+    mark = "" if found.asymptotic else " ‡"
+    order = DASH if found.order is None else signed(f"{found.order:.2f}") + mark
+    below = "" if found.relative is None else signed(f"{100 * found.relative:.2g} %")
+    sign, mood, doubt = ("✓ yes", "good", "") if found.asymptotic else ("✗ no", "warn", found.doubt or found.reason)
+    return [
+        cell(amount(finest, unit)), cell(order), cell(amount(found.value, unit, mark=mark)),
+        cell(amount(found.gci, unit, 3, mark), below),
+        tag("td", tag("span", sign, class_=f"status {mood}"), tag("small", text(doubt)) if doubt else "", class_="why"),
+    ]  # fmt: skip
+
+
+def amount(value: float | None, unit: str, digits: int = 6, mark: str = "") -> str:
+    """A value in words with a mark behind it; a dash where there is none."""
+    return DASH if value is None else quantity(value, unit, digits, percent=True) + mark
+
+
+def _error_order(entry: LineOrders, metric: str) -> str:
+    own = entry.errors[metric]
+    if own.order.last is None:
+        return cell(DASH, own.order.reason or "")
+    mark = "" if entry.asymptotic else " ‡"
+    below = "all: " + signed(f"{own.order.fitted:.2f}")
+    beyond = ", those above the uncertainty" if own.cut else ""
+    return cell(signed(f"{own.order.last:.2f}") + mark, below + beyond)
+
+
+# ------------------------------------------------------------------ distances
+
+
+def distances(view: SceneView) -> str:
+    """How far everyone is from everyone; empty where there is nobody to be far from."""
+    known = view.analysis.distances
+    names = known.names
+    if len(names) < 2:
+        return ""
+    head = [heading("from row to column"), *(heading(f"`{n}`", True) for n in names)]
+    reasons = {(r.row, r.column): r.reason for r in known.reasons}
+    rows = []
+    for i, name in enumerate(names):
+        kind = "reference" if known.kinds[i] == "reference" else _beyond(known.labels[i], name)
+        values = list(zip(known.matrix[i], names, strict=True))
+        cells = [_distance(v, reasons.get((name, other)), i == j) for j, (v, other) in enumerate(values)]
+        rows.append(row(row_head(name, kind), *cells))
+    caption = (
+        "Distance of shapes: the root of the summed squares of the differences of displacements at the points that two "
+        "share, relative to the displacements of the column. Models at their finest configuration."
+    )
+    lines: list[list[Cell]] = [[n, *known.matrix[i]] for i, n in enumerate(names)]
+    return table(caption, head, rows, "matrix") + csv_link(f"{view.scene}-distances", ["row", *names], lines)
+
+
+def _beyond(label: str, name: str) -> str:
+    """What a label says beyond the name of its model."""
+    return label.removeprefix(name).removeprefix(", ")
+
+
+def _distance(value: float | None, reason: str | None, own: bool) -> str:
+    if own:
+        return cell("·")
+    return cell(DASH, reason or "") if value is None else cell(quantity(value, "1", 3, percent=True))
+
+
+# ------------------------------------------------------------------ levers
+
+
+def levers(view: SceneView) -> str:
+    """What one changed thing does; empty where no two configurations differ by one."""
+    entries = view.analysis.levers
+    if not entries:
+        return ""
+    head = [heading(w) for w in ("Model", "Change", "With")]
+    head += [heading(view.effort_name, True), *(heading(f"`{m}`", True) for m in view.metrics)]
+    rows = [_lever(lever, [lever.errors[m] for m in view.metrics]) for lever in entries]
+    return table("What a single change does: each number is the new value over the old one.", head, rows)
+
+
+def _lever(lever: Lever, errors: Sequence[ErrorChange]) -> str:
+    change = tag("td", tag("code", broken(lever.what)), " ", text(f"{lever.from_} → {lever.to}"))
+    others = ", ".join(f"{k} = {v}" for k, v in lever.others.items())
+    cells = [_ratio(e.ratio, "within the uncertainty" if e.within_uncertainty else "") for e in errors]
+    effort = _ratio(lever.effort_ratio, "within the noise" if lever.noise else "")
+    return row(row_head(lever.model), change, tag("td", text(others or DASH)), effort, *cells)
+
+
+def _ratio(value: float | None, below: str) -> str:
+    return cell(DASH if value is None else f"×\u00a0{value:.3g}", below)

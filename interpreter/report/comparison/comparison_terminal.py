@@ -1,0 +1,182 @@
+"""A comparison as a table in the terminal: the front marked by `*`, the advice last."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import textwrap
+from collections.abc import Sequence
+
+from softmark.grammar.diagnostic import all_visible
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.comparison.comparison_view import CLOCKS, SceneView, apart, status_of, views
+from softmark.interpreter.report.comparison.study_answers import spoken
+from softmark.interpreter.report.page.html_markup import plain
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
+from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.analysis.study_results import Front
+
+WIDE = 110  # characters of a line where nobody says how wide the window is
+TOLD = 4  # problems of a scene, and lines of an answer, that the terminal speaks of
+CODES = {"bold": "1", "good": "32", "bad": "31", "quiet": "2"}
+
+
+def table(comparison: Compared, colour: bool, path: str | None = None, width: int | None = None) -> str:
+    """Every configuration of every scene, what failed, and what to take; the path of the page after it."""
+    paint, room = _looks(colour, width)
+    blocks = [block for own in _scenes(comparison) for block in _scene(own, paint, room)]
+    blocks = blocks or ["There are no configurations."]
+    return "\n\n".join([*blocks, *([f"comparison: {path}"] if path else [])])
+
+
+def errors(comparison: Compared, colour: bool) -> str:
+    """The same tables before anything was timed, with what their marks mean, without what is to be taken."""
+    paint, room = _looks(colour, None)
+    each = (_errors(own, ": errors; times are being measured", paint, room) for own in _scenes(comparison))
+    return "\n\n".join(block for blocks in each for block in blocks)
+
+
+def _looks(colour: bool, width: int | None) -> tuple[bool, int]:
+    """Whether to paint, and how many characters a line has."""
+    room = width or max(80, shutil.get_terminal_size((WIDE, 24)).columns if colour else WIDE)
+    return colour and not os.environ.get("NO_COLOR"), room
+
+
+def _scenes(comparison: Compared) -> list[list[SceneView]]:
+    """The problems of every scene."""
+    scenes: dict[str, list[SceneView]] = {}
+    for view in views(comparison):
+        scenes.setdefault(view.analysis.scene, []).append(view)
+    return list(scenes.values())
+
+
+def _style(words: str, name: str, paint: bool) -> str:
+    return f"\x1b[{CODES[name]}m{words}\x1b[0m" if paint else words
+
+
+def _scene(own: Sequence[SceneView], paint: bool, room: int) -> list[str]:
+    """A scene; `own` are its problems, of which it has several where a sweep changes what errors are measured from."""
+    blocks = _errors(own, "", paint, room)
+    told = own[:TOLD]
+    answers = [
+        _at(view, _spoken(s)) if isinstance(a, Front) else _spoken(s)
+        for view in told for a in view.analysis.answers for s in _fewer(spoken(a))
+    ]  # fmt: skip
+    blocks += ["\n".join(answers)] if answers else []
+    said = [
+        _at(view, words) for view in told
+        for words in (*(a.text for a in view.analysis.advice), *(d.text for d in view.analysis.disagreements))
+    ]  # fmt: skip
+    advice = [textwrap.fill(_spoken(words), room, initial_indent="-> ", subsequent_indent="   ") for words in said]
+    advice += [] if advice else [_spoken(own[0].without_advice)]
+    advice += [f"-> and so on for {len(own) - TOLD} more: see the page"] if len(own) > TOLD else []
+    return [*blocks, *(["\n".join(advice)] if advice else [])]
+
+
+def _errors(own: Sequence[SceneView], beside: str, paint: bool, room: int) -> list[str]:
+    """The title, with what is said `beside` it, the table, and its notes."""
+    blocks = [_style(all_visible(own[0].title) + beside, "bold", paint), _rows(own, paint)]
+    notes = [_spoken(note) for note in (apart(own), *_notes(own)) if note]
+    return [*blocks, *(["\n".join(textwrap.fill(n, room, subsequent_indent="  ") for n in notes)] if notes else [])]
+
+
+def _at(view: SceneView, words: str) -> str:
+    return f"{all_visible(view.at)}: {words}" if view.at else words
+
+
+def _fewer(lines: Sequence[str]) -> list[str]:
+    """The first lines of an answer, and how many follow."""
+    more = len(lines) - TOLD
+    return [*lines] if more <= 1 else [*lines[:TOLD], f"and {more} more: see the page"]
+
+
+def _spoken(words: str) -> str:
+    """Without what only a page shows, and without what could steer a terminal."""
+    return plain(all_visible(words)).replace("\u00a0", " ").replace("\u202f", " ")
+
+
+def _rows(own: Sequence[SceneView], paint: bool) -> str:
+    metrics = list(dict.fromkeys(m for view in own for m in view.metrics))
+    points = [(view, p) for view in own for p in view.once]
+    clocks = dict.fromkeys(CLOCKS.get(view.clock, view.clock) for view in own if view.timed)
+    own_metrics = list(dict.fromkeys(m for view in own for m in view.measurements))
+    head = ["", *metrics, *own_metrics, "unknowns", "iterations", *([" or ".join(clocks)] if clocks else []), ""]
+    rows = [_row(view, p, metrics, own_metrics, bool(clocks)) for view, p in points]
+    widths = [max(len(r[i]) for r in (head, *rows)) for i in range(len(head))]
+    lines = [_line(head, widths), "  ".join("-" * w for w in widths).rstrip()]
+    for (view, point), cells in zip(points, rows, strict=True):
+        style = "good" if view.on_fronts(point) else None if point.solved else "bad"
+        line = _line(cells, widths)
+        lines.append(_style(line, style, paint) if style else line)
+    return "\n".join(lines)
+
+
+def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
+    shown = [f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)]
+    shown[0], shown[-1] = f"{cells[0]:<{widths[0]}}", cells[-1]
+    return "  ".join(shown).rstrip()
+
+
+def _row(
+    view: SceneView, point: ComparedPoint, metrics: Sequence[str], measured: Sequence[str], timed: bool
+) -> list[str]:
+    cells = [point.label, *(_error(view, point, m) for m in metrics)]
+    cells += [_spoken(view.measured(point, m)) if m in view.measurements else "-" for m in measured]
+    cells += [str(point.dofs or "-"), "-" if point.iterations is None else str(point.iterations)]
+    cells += [_time(view, point) if view.timed else "-"] if timed else []
+    said = ["" if point.status == "converged" else status_of(point.status), "disturbed" * view.disturbed(point)]
+    return [all_visible(cell) for cell in (*cells, ", ".join(word for word in said if word))]
+
+
+def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
+    """`1.2 % *`: on the front; `†`: within the uncertainty."""
+    error, own = point.error(metric), view.metrics.get(metric)
+    if error is None or own is None:
+        return "-  "
+    within = "†" if point.within(metric, own.uncertainty) else " "
+    return _spoken(view.amount(error, metric)) + within + ("*" if point.key in own.front else " ")
+
+
+def _time(view: SceneView, point: ComparedPoint) -> str:
+    """`84 ms ±8 %`: the half width of the quartiles."""
+    spread = view.effort(point)
+    if spread is None:
+        return "-"
+    half = 50 * (spread.q3 - spread.q1) / spread.median
+    most = "<= " if point.cost.most and view.timed else ""
+    return most + _spoken(quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
+
+
+def _notes(own: Sequence[SceneView]) -> list[str]:
+    """What the marks mean, and what failed, each reason once."""
+    marks = []
+    if any(known.front for view in own for known in view.metrics.values()):
+        what = "less time" if any(view.timed for view in own) else "fewer unknowns"
+        marks.append(f"* on the front: nobody has {what} and less error")
+    if any(_within(view, p) for view in own for p in view.points):
+        marks.append("† within the uncertainty of the reference")
+    marks += [f"{name} is known to ±{known}" for name, known in _known(own).items()]
+    if any(view.timed and view.effort(p) is not None for view in own for p in view.points):
+        marks.append("±: half the distance of the quartiles")
+    lines = ["; ".join(marks)] if marks else []
+    reasons: dict[str, dict[str, None]] = {}
+    for failure in (f for view in own for f in view.analysis.failures):
+        reasons.setdefault(failure.message or failure.status, {})[failure.label] = None
+    for reason, labels in reasons.items():
+        who = ", ".join(labels) if len(labels) <= 5 else f"{len(labels)} configurations"
+        lines.append(f"{who}: {_spoken(reason)}")
+    return lines
+
+
+def _known(own: Sequence[SceneView]) -> dict[str, str]:
+    """What references leave open of each error, the largest."""
+    found: dict[str, tuple[float, SceneView]] = {}
+    for view in own:
+        for name, known in view.metrics.items():
+            if known.uncertainty > found.get(name, (0.0, view))[0]:
+                found[name] = (known.uncertainty, view)
+    return {name: _spoken(view.amount(most, name)) for name, (most, view) in found.items()}
+
+
+def _within(view: SceneView, point: ComparedPoint) -> bool:
+    return any(point.within(m, own.uncertainty) for m, own in view.metrics.items())

@@ -1,0 +1,129 @@
+"""Where the time goes, as stacked bars, and how good the timings are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.report.comparison.comparison_tables import heading, row, row_head, said_bytes, table
+from softmark.interpreter.report.comparison.comparison_view import SceneView
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.figure_frame import details
+from softmark.interpreter.report.page.html_markup import count, prose, tag, text
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
+from softmark.interpreter.study.analysis.timing_quality import DISTURBANCES, REMARKS
+
+PHASES = ("mesh", "set-up", "assembly", "factorisation", "solution", "other", "output")
+SHOWN = 24  # bars that are drawn; the CSV has all
+
+
+def costs(view: SceneView) -> str:
+    """A bar for each configuration that matters most; empty where nobody says where time goes."""
+    split = [p for p in view.once if p.cost.phases]
+    if not split:
+        return ""
+    chosen = _chosen(view, split)
+    named = [name for name in _names(split) if any(p.cost.phases.get(name) for p in split)]
+    rows = [_bar(p, named) for p in chosen]
+    words = ("Configuration", "In all", "Share of each part", "Memory")
+    head = [heading(w, w in ("In all", "Memory")) for w in words]
+    fewer = f" {len(chosen)} of {len(split)}: the fronts and the finest of each line."
+    some = "" if len(chosen) == len(split) else fewer
+    caption = f"Where CPU time goes: building the model, one solution, and writing it.{some}"
+    key = tag("ul", *(tag("li", _swatch(i), tag("span", text(n))) for i, n in enumerate(named)), class_="key")
+    return key + table(caption, head, rows, "costs") + _numbers(split, named) + _save(view, split, named)
+
+
+def _names(points: Sequence[ComparedPoint]) -> list[str]:
+    """Parts in their usual order, others behind."""
+    return list(dict.fromkeys([*PHASES, *(n for p in points for n in p.cost.phases)]))
+
+
+def _chosen(view: SceneView, split: Sequence[ComparedPoint]) -> list[ComparedPoint]:
+    """All where they are few, else those on a front and the finest of each line."""
+    if len(split) <= SHOWN:
+        return list(split)
+    front = {k for own in view.metrics.values() for k in own.front}
+    ends = {line.keys[-1] for line in view.lines}
+    ranked = sorted(split, key=lambda p: (p.key not in front, p.key not in ends))[:SHOWN]
+    return [p for p in split if p in ranked and (p.key in front or p.key in ends)] or list(split[:SHOWN])
+
+
+def _bar(point: ComparedPoint, named: Sequence[str]) -> str:
+    phases = point.cost.phases
+    total = sum(phases.values())
+    parts = [(i, n, phases[n] / total) for i, n in enumerate(named) if n in phases]
+    words = ", ".join(f"{n} {_percent(share)}" for _, n, share in parts)
+    pieces = [
+        tag("span", text(_percent(share)) if share >= 0.12 else "", class_=f"part p{i % 7}",
+            style=f"flex-grow:{share:.4f}", title=f"{n} {_percent(share)}")
+        for i, n, share in parts
+    ]  # fmt: skip
+    bar = tag("td", tag("div", *pieces, class_="bar", role="img", aria_label=words), class_="wide-cell")
+    seconds = tag("td", text(quantity(total, "s", 3)), class_="n")
+    memory = tag("td", text(said_bytes(point.cost.memory_bytes)), class_="n")
+    return row(row_head(point.label), seconds, bar, memory)
+
+
+def _percent(share: float) -> str:
+    return signed(f"{100 * share:.0f} %") if share >= 0.01 else "< 1\u00a0%"
+
+
+def _swatch(index: int) -> str:
+    return tag("span", class_=f"part swatch p{index % 7}", aria_hidden="true")
+
+
+def _numbers(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
+    """The seconds themselves."""
+    head = [heading("Configuration"), *(heading(n, True) for n in named)]
+    rows = []
+    for p in split:
+        cells = [tag("td", text(_seconds(p.cost.phases.get(n))), class_="n") for n in named]
+        rows.append(row(row_head(p.label), *cells))
+    return details("Data of these bars", table("CPU time of each part", head, rows))
+
+
+def _seconds(value: float | None) -> str:
+    return "–" if value is None else quantity(value, "s", 3)
+
+
+def _save(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
+    rows: list[list[Cell]] = [[p.label, *(p.cost.phases.get(n) for n in named), p.cost.memory_bytes] for p in split]
+    header = ["configuration", *(f"{n} [s]" for n in named), "memory [B]"]
+    return csv_link(f"{view.scene}-costs", header, rows)
+
+
+def quality(view: SceneView, allowed: bool = False) -> str:
+    """How far the timings can be trusted, in words."""
+    known = view.analysis.timing
+    if not known.timed:
+        return _callout("quiet", "No times were measured: configurations are compared by their numbers of unknowns.")
+    least, most, disturbed = known.least_runs, known.most_runs, known.contaminated
+    runs = f"{least} to {most}" if least != most else f"{least}"
+    said = f"{known.timed} of {count(known.of, 'configuration')} timed, {runs} runs each."
+    left_out = f" {count(known.excluded_runs, 'run')} left out as disturbed."
+    said += left_out if known.excluded_runs else " No run was left out."
+    if disturbed:
+        counted = ", counted all the same" if allowed else " and so not counted"
+        said += f" Disturbed{counted}: {_who(disturbed, known.timed)}."
+    flags = "".join(tag("li", prose(_flagged(flag, n))) for flag, n in known.flags.items())
+    mood = "warn" if disturbed or known.flags else "good"
+    return _callout(mood, said, tag("ul", flags, class_="flags") if flags else "")
+
+
+def _who(labels: Sequence[str], of: int) -> str:
+    """Who, of so many: all of them, or the first eight by name and how many more."""
+    if len(labels) == of > 1:
+        return "all of them"
+    more = f" and {len(labels) - 8} more" if len(labels) > 8 else ""
+    return ", ".join(f"`{label}`" for label in labels[:8]) + more
+
+
+def _flagged(flag: str, n: int) -> str:
+    """`few repeats: one run takes long, so there are only a few (2 configurations)`."""
+    meaning = REMARKS.get(flag) or DISTURBANCES.get(flag)
+    return (f"{flag}: {meaning}" if meaning else flag) + f" ({count(n, 'configuration')})"
+
+
+def _callout(mood: str, words: str, more: str = "") -> str:
+    return tag("div", tag("p", prose(words)), more, class_=f"callout {mood}")

@@ -1,0 +1,72 @@
+"""The answers to the studies that a scene declares: a table for each, and a line for the terminal."""
+
+from __future__ import annotations
+
+from softmark.interpreter.language.number_formatting import grouped
+from softmark.interpreter.report.comparison.comparison_tables import (
+    DASH,
+    amount,
+    cell,
+    heading,
+    limit_cells,
+    row,
+    row_head,
+    table,
+)
+from softmark.interpreter.report.comparison.comparison_view import SceneView
+from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS
+from softmark.interpreter.study.analysis.study_results import Answer, Front, FrontMember, SettledLine, Settling
+
+
+def studies(view: SceneView) -> str:
+    """A table for each answer; empty where the scene asks for nothing."""
+    return "".join(_front(a) if isinstance(a, Front) else _settling(a) for a in view.analysis.answers)
+
+
+def _settling(answer: Settling) -> str:
+    words = ("Line", "Members", "Finest", "Order", "Limit", "± (GCI)", "Asymptotic")
+    head = [heading(w, w not in ("Line", "Asymptotic")) for w in words]
+    caption = (
+        f"`{answer.study}`: how `{answer.metric}` settles over `{answer.over}`. ‡: outside the asymptotic "
+        "range, not to be relied upon."
+    )
+    return table(caption, head, [_line(entry) for entry in answer.lines])
+
+
+def _line(entry: SettledLine) -> str:
+    members = cell(DASH if entry.members is None else str(entry.members))
+    return row(row_head(entry.line), members, *limit_cells(entry.finest, entry.limit, entry.unit or "1"))
+
+
+def _front(answer: Front) -> str:
+    cost = f"`{answer.cost}`" if answer.cost else answer.cost_name.capitalize()
+    head = [heading("On the front"), heading(cost, True), heading(f"`{answer.error}`", True)]
+    rows = [
+        row(row_head(c.label, "capped" if c.capped else ""), cell(_cost(answer, c)),
+            cell(amount(c.error, answer.error_unit or "1", 3)))
+        for c in answer.front
+    ]  # fmt: skip
+    over = f" over `{answer.over}`" if answer.over else ""
+    empty = " Nothing counted." if not answer.counted else f" {answer.counted} configurations counted."
+    return table(f"`{answer.study}`: which configurations{over} nobody beats in both.{empty}", head, rows)
+
+
+def _cost(answer: Front, member: FrontMember) -> str:
+    median = member.cost.median
+    return grouped(round(median)) if answer.cost_name == UNKNOWNS else amount(median, answer.cost_unit or "1", 3)
+
+
+def spoken(answer: Answer) -> list[str]:
+    """For the terminal: `settling: drop over refine: tet10: order 2.01, limit 12.3 mm ± 0.1 mm`."""
+    if isinstance(answer, Front):
+        names = ", ".join(f"{c.label} ({_cost(answer, c)})" for c in answer.front) or "nobody"
+        return [f"{answer.study}: on the front of {answer.error} and {answer.cost_name}: {names}"]
+    return [f"{answer.study}: {answer.metric} of {entry.line}: {_said(entry)}" for entry in answer.lines]
+
+
+def _said(entry: SettledLine) -> str:
+    found, unit = entry.limit, entry.unit or "1"
+    if found.order is None:
+        return f"no order: {found.reason}"
+    said = f"order {found.order:.2f}, limit {amount(found.value, unit)} ± {amount(found.gci, unit, 2)}"
+    return said if found.asymptotic else f"{said}; outside the asymptotic range: {found.doubt}"

@@ -1,0 +1,217 @@
+"""Models of a scene as files for another program, a folder each, with the exam sheet and how to sit it.
+
+A model of several states which are parts of one load is one problem with its states in turn; any other has a folder for
+each state.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.scene_states import in_state, states_of
+from softmark.interpreter.models.external.exporters import FORMATS, form
+from softmark.interpreter.models.external.exporters.named_parts import Named, named_of
+from softmark.interpreter.models.external.external_declaration import Outside
+from softmark.interpreter.models.external.external_problem import Problem, Stuff
+from softmark.interpreter.models.external.problem_transfer import (
+    Reason,
+    Untold,
+    reasons,
+    reasons_of_loads,
+    reasons_of_mesh,
+    told,
+)
+from softmark.interpreter.models.model_preparation import Measurements, prepared_model
+from softmark.interpreter.models.shared.prepared_model import Workshop
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.problem.body_case import Case, Fault, case_for
+from softmark.interpreter.report.exam_export import exam_readme, exam_sheet
+from softmark.interpreter.results import atomic_files
+from softmark.records import dataclass
+
+SAME = 1e-12  # of the last: how much of a state's loads and motions may be no part of those
+NAMELESS = "parts with a material of their own go out by their names; what it holds or loads goes out without its"
+
+Told = list[tuple[Problem, Named]]
+
+
+@dataclass(frozen=True)
+class Exported:
+    """Where it was written, what (files, from there), and what was left out, with the reason."""
+
+    folder: Path
+    written: tuple[str, ...]
+    left: tuple[Reason, ...]
+
+
+def export(scene: Scene, to: str, only: Sequence[str], folder: Path, options: Options) -> Exported:
+    """The models of a scene, or `only` some, as files of the format `to`, and the exam sheet.
+
+    Raises SceneError for what cannot be built, and where one of `only`, or none of all, has words in the format;
+    OSError where the folder cannot be written.
+    """
+    ready, refused = _ready(scene, to, list(only) or list(scene.of_kind("model")), options)
+    if (refused and only) or not ready:
+        each = [_error(scene.declared[name], to, why) for name, why in refused.items()]
+        raise SceneError(each or [_nothing(scene, to)])
+    found = exam_sheet.sheet(scene, options)
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[str] = []
+    found["models"] = {name: _kept(name, each, to, folder, written) for name, each in ready.items()}
+    followed = {name: list(_followed(scene, name)) for name in ready} if FORMATS[to].mesh else {}
+    left = [(f"model `{name}`, {what}", why) for name, own in (refused | followed).items()
+            for what, why in dict.fromkeys(own)]  # fmt: skip
+    left += [(f"region `{name}`", NAMELESS) for name in _plain_regions(scene, ready)]
+    found["left"] += [{"what": what, "why": why} for what, why in left]
+    exam_sheet.write(found, folder)
+    atomic_files.replace(folder / exam_readme.FILE, exam_readme.text(found, to))
+    whole = tuple((own["what"], own["why"]) for own in found["left"])
+    return Exported(folder, (*written, exam_sheet.FILE, exam_readme.FILE), whole)
+
+
+def _ready(
+    scene: Scene, to: str, names: Sequence[str], options: Options
+) -> tuple[dict[str, Told], dict[str, list[Reason]]]:
+    """What is told of models, and of others why they cannot be. Raises SceneError for what cannot be built."""
+    ready, refused, faults = dict[str, Told](), dict[str, list[Reason]](), list[Diagnostic]()
+    workshop = Workshop(scene=scene, measured=Measurements(scene))
+    for name in names:
+        options.say("export", name)
+        try:
+            ready[name] = _told(scene, name, to, workshop)
+        except Untold as untold:
+            refused[name] = untold.reasons
+        except Fault as fault:
+            faults.append(fault.diagnostic)
+    if faults:
+        raise SceneError(list(dict.fromkeys(faults)))
+    return ready, refused
+
+
+def _told(scene: Scene, name: str, to: str, workshop: Workshop) -> Told:
+    """The problems of a model: one, or one for each state. Raises Untold, Fault."""
+    each, alone = [], FORMATS[to].mesh
+    for own in [in_state(scene, i) for i in range(len(states_of(scene)))] or [scene]:
+        declared = _ours(own.declared[name])
+        case = case_for(own, declared)
+        if FORMATS[to].moves:
+            each.append(_moving(own.declared[name], case, workshop))
+            continue
+        if found := (reasons_of_mesh if alone else reasons)(declared.thing, case):  # before anything is built
+            raise Untold(found)
+        prepared: Any = prepared_model(declared, case, workshop)[0]
+        each.append((told(prepared, case, alone), named_of(prepared, case)))
+    found = form(to).refuses(each[-1][0])
+    if not found and FORMATS[to].by_name:
+        found = form(to).lost(*each[-1])
+    if found:
+        raise Untold(found)
+    shares = _shares([problem for problem, _ in each])
+    if shares is None:
+        return each
+    return [(replace(each[-1][0], shares=shares, values_of_states=states_of(scene)), each[-1][1])]
+
+
+def _moving(declared: Declared, case: Case, workshop: Workshop) -> tuple[Problem, Named]:
+    """A motion, as the program is told that knows no state of rest; its steps are the model's. Raises Untold, Fault."""
+    from softmark.interpreter.models.external import external_builder
+
+    model = _ours(declared).thing
+    if found := reasons(model, case, moves=True):
+        raise Untold(found)
+    if model.mass != "lumped" and not isinstance(declared.thing, Outside):  # which has no such field
+        raise Untold([(f"mass = {model.mass}", "its masses are those of nodes: give `mass = lumped`")])
+    theirs = declared.thing
+    if not isinstance(theirs, Outside) or not theirs.told.moves:
+        theirs = Outside("mujoco", model.element, model.strain, model.size, model.body, model.mesh)
+    if found := list(theirs.of_steps(case)):
+        raise Untold(found)
+    prepared: Any = external_builder.moving(theirs, declared, case, workshop)
+    return prepared.asked(), named_of(prepared.solid, case)
+
+
+def _followed(scene: Scene, name: str) -> Iterator[Reason]:
+    """Loads whose forces are told at rest alone, of a model that is told as a mesh."""
+    declared = _ours(scene.declared[name])
+    yield from reasons_of_loads(declared.thing, case_for(scene, declared))
+
+
+def _plain_regions(scene: Scene, ready: Iterable[str]) -> Iterator[str]:
+    """Regions of the bodies of models that are no part of a mesh that goes out."""
+    cases = [case_for(scene, scene.declared[name]) for name in ready]
+    gone = {part.name for case in cases for part in case.parts}
+    bodies = {case.body.name for case in cases}
+    for name, region in scene.of_kind("region").items():
+        if region.thing.body in bodies and name not in gone:
+            yield name
+
+
+def _ours(declared: Declared) -> Declared:
+    """A model that another program solves, as ours of the same words: that is what it is told of."""
+    return replace(declared, thing=declared.thing.solid) if isinstance(declared.thing, Outside) else declared
+
+
+def _shares(problems: Sequence[Problem]) -> tuple[float, ...] | None:
+    """Which parts of the last the loads and motions of each are; None where they are none."""
+    each = [np.concatenate([own.forces.ravel(), own.values]) for own in problems]
+    last = max(float(each[-1] @ each[-1]), np.finfo(float).tiny)
+    if any(len(own) != len(each[-1]) for own in each):
+        return None
+    found = [float(own @ each[-1]) / last for own in each[:-1]]
+    parts = (np.linalg.norm(own - s * each[-1]) <= SAME * last**0.5 for own, s in zip(each[:-1], found, strict=True))
+    return (*found, 1.0) if all(parts) else None
+
+
+def _kept(name: str, each: Told, to: str, folder: Path, written: list[str]) -> dict[str, Any]:
+    """Write a model; what the sheet says of it."""
+    own: list[str] = []
+    for number, (problem, named) in enumerate(each, start=1):
+        place = Path(name) if len(each) == 1 else Path(name) / f"state-{number}"
+        home = atomic_files.folder_within(folder, *place.parts)
+        with tempfile.TemporaryDirectory(dir=home, prefix=".part-") as made:  # formats write as they like
+            for file in form(to).export(problem, named, Path(made)):
+                os.replace(Path(made) / file, home / file)
+                own.append((place / file).as_posix())
+    written += own
+    problem, named = each[-1]
+    motion = {} if problem.motion is None else {"step": problem.motion.step, "steps": problem.motion.count}
+    return motion | {
+        "files": own,
+        "element": problem.element,
+        "strain": problem.strain,
+        "nodes": len(problem.points),
+        "cells": len(problem.cells),
+        "shares": list(problem.shares),
+        "materials": {part: _made_of(stuff) for part, stuff in zip(named.parts, problem.stuff, strict=True)},
+    }
+
+
+def _made_of(stuff: Stuff) -> Mapping[str, Any]:
+    return {"law": stuff.law, **stuff.constants, **stuff.choices, "density": stuff.density}
+
+
+def _error(declared: Declared, to: str, why: Sequence[Reason]) -> Diagnostic:
+    listed = "; ".join(dict.fromkeys(f"{what} ({reason})" for what, reason in why))
+    return diagnostic(
+        "E720",
+        declared.at(),
+        f"`{declared.name}` cannot be exported to {to}: {listed}",
+        "has no words there",
+        "give `--model` the name of a `fem(...)` model with an element, a strain and a law that the other program has; "
+        "what all models share, the body, its analysis and what acts on it, is to be left out of a copy of the scene",
+    )
+
+
+def _nothing(scene: Scene, to: str) -> Diagnostic:
+    help = "declare one: `model bricks = fem(hex8, strain = small, size = 5 mm)`"
+    return Diagnostic("E720", f"`{scene.title}` has no model to export to {to}", scene.source, None, help=help)

@@ -1,0 +1,61 @@
+"""How to sit an exam: a page of text beside the sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from softmark.grammar.diagnostic import visible
+from softmark.interpreter.models.external.exporters import FORMATS, Format
+
+FILE = "README.txt"
+
+
+def text(sheet: Mapping[str, Any], to: str) -> str:
+    """What is here, how it is solved, and how an answer is judged."""
+    scene = sheet["scene"]
+    file = scene["standard"] or Path(scene["file"]).name
+    lines = [
+        visible(scene["title"]),
+        "",
+        f"Exported by softmark {sheet['softmark']} to {to}: {FORMATS[to].what}.",
+        "exam.json has the points where an answer is looked at, what is known there, with its uncertainty, and what",
+        "the scene asks and expects of it, in SI: m, s, N and Pa.",
+        f"The other files here are in {FORMATS[to].units}.",
+        "",
+        *_asked(sheet["metrics"], FORMATS[to]),
+        *(_model(name, own) for name, own in sheet["models"].items()),
+        "",
+        "Forces are those on nodes of the undeformed body, and keep their size and direction but where it is said",
+        "below. What is held, and by how much it is moved, is told of nodes.",
+        "",
+        "To have an answer judged as one more model of the scene, by displacements in a file of results (VTU, PVD,",
+        "VTK, XDMF, .frd, CSV), or by deformed positions with `--at position`:",
+        "",
+        f"    dsl judge {file} RESULT --as NAME --unit {FORMATS[to].unit}",
+        *(["", "What is not here, and why:"] if sheet["left"] else []),
+        *(f"- {own['what']}: {own['why']}" for own in sheet["left"]),
+    ]
+    return "\n".join([*lines, ""])
+
+
+def _asked(metrics: Mapping[str, Any], to: Format) -> Iterator[str]:
+    """Every number that is asked for, with its unit in the sheet and in the files beside it."""
+    same: dict[str, list[str]] = {}
+    for name, own in metrics.items():
+        same.setdefault(own["unit"], []).append(name)
+    if same:
+        yield "Asked, in the unit of exam.json (and of the other files, where that is another):"
+    for unit, names in same.items():
+        there = f" ({to.unit_of(unit)})" if to.unit_of(unit) != unit else ""
+        yield f"- {', '.join(names)}: {'a plain number' if unit == '1' else unit + there}"
+    yield from [""] if same else []
+
+
+def _model(name: str, own: Mapping[str, Any]) -> str:
+    """`linear_tet: linear_tet/job.inp (tet4, small strain, 1148 nodes)`, and its states."""
+    parts = "" if len(own["shares"]) == 1 else f", {len(own['shares'])} parts of the load in turn"
+    if "steps" in own:
+        parts += f", {own['steps']} steps of {own['step']:g} s, which are the program's own"
+    return f"{name}: {', '.join(own['files'])} ({own['element']}, {own['strain']} strain, {own['nodes']} nodes{parts})"

@@ -1,0 +1,88 @@
+"""The exam sheet of a scene: where answers are looked at, what is known there, and what is asked; no model is run.
+
+Its schema is `softmark-exam/1`: numbers in SI, null where there is none.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import softmark
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.scene_states import states_of
+from softmark.interpreter.models.model_preparation import from_a_model
+from softmark.interpreter.pipeline import probe_sampling, reference_runs, report_assembly, run_state
+from softmark.interpreter.pipeline.run_environment import describe
+from softmark.interpreter.pipeline.run_options import Options
+from softmark.interpreter.planning.run_plan import plan_of
+from softmark.interpreter.problem.body_case import Fault
+from softmark.interpreter.results import atomic_files
+from softmark.interpreter.results.json_records import clean
+
+SCHEMA = "softmark-exam/1"
+FILE = "exam.json"
+UNITS = "SI: points and displacements in m, times in s, forces in N, moments in N*m, stresses in Pa, energies in J"
+
+
+def sheet(scene: Scene, options: Options) -> dict[str, Any]:
+    """The sheet, without the models that are exported. Raises SceneError for probes that cannot be found."""
+    asked, left = plan_of(scene), []
+    known = []
+    for name in asked.references:
+        how = scene.declared[name].thing.how
+        if from_a_model(scene.declared[name]) or how == "refined":
+            left.append({"what": f"reference `{name}`", "why": "it is made from what models compute, and none is run"})
+        else:
+            known.append(name)
+    works = run_state.works_of(scene, replace(asked, models=(), references=tuple(known)), options, [])
+    for work in works:
+        reference_runs.read(work)
+        probe_sampling.place(work)
+    for work in works:
+        reference_runs.solve(work)
+    report = report_assembly.unfinished(works).to_json()
+    found = {
+        "schema": SCHEMA,
+        "softmark": softmark.__version__,
+        "units": UNITS,
+        "scene": describe(scene),
+        "states": list(states_of(scene)),
+        "probes": {name: _place(works[-1], own, left) for name, own in scene.of_kind("probe").items()},
+        "metrics": {name: _asked(own) for name, own in scene.of_kind("metric").items()},
+        "references": report["references"],
+        "expectations": [{"text": e.text, "line": e.location.span.line} for e in scene.expectations],
+        "left": left,
+    }
+    return dict(clean(found))
+
+
+def _place(work: Any, probe: Declared, left: list[dict[str, str]]) -> dict[str, Any]:
+    """The points (n, 3), m, of a probe, in the last state."""
+    own: dict[str, Any] = {"body": probe.thing.body, "text": _text(probe), "points": None}
+    if probe.name not in {known.name for known in work.probes(probe.thing.body)}:
+        return own | {"reason": "it has the points of a measurement that could not be read"}
+    try:
+        place = work.place(probe)
+    except (Fault, KeyError) as fault:
+        left.append({"what": f"probe `{probe.name}`", "why": str(fault)})
+        return own | {"reason": str(fault)}
+    own["points"] = place.X.tolist()
+    return own if place.triangles is None else own | {"triangles": place.triangles.tolist()}
+
+
+def _asked(metric: Declared) -> dict[str, Any]:
+    return {"text": _text(metric), "unit": metric.thing.unit}
+
+
+def _text(declared: Declared) -> str:
+    """What the scene says behind `=`, on one line."""
+    return " ".join(declared.location.text.partition("=")[2].split())
+
+
+def write(found: Mapping[str, Any], folder: Path) -> Path:
+    """The sheet as a file. Raises OSError."""
+    return atomic_files.replace(folder / FILE, json.dumps(found, indent=1, allow_nan=False, ensure_ascii=False) + "\n")

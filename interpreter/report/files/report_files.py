@@ -1,0 +1,27 @@
+"""The report on disk: report.json and report.html, each whole or not there; and files for ParaView."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from softmark.interpreter.results.atomic_files import replace
+from softmark.interpreter.results.run_report import Report
+
+
+def write(report: Report, folder: str | Path, page: bool = True) -> list[Path]:
+    """Write report.json and, with `page`, report.html into a folder, made if need be; their paths. Raises OSError."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    written = [replace(target / "report.json", report.dumps())]  # first: it is what cannot be made again
+    if not page:
+        return written
+    from softmark.interpreter.report.run.report_page import render
+
+    return [*written, replace(target / "report.html", render(report))]
+
+
+def write_vtu(report: Report, folder: str | Path) -> list[Path]:
+    """Write meshes and surfaces for ParaView into vtu/ of a folder; their paths. Raises OSError and ValueError."""
+    from softmark.interpreter.results import vtk_writer
+
+    return vtk_writer.write_vtu(report, folder)

@@ -1,0 +1,47 @@
+"""What has changed since another board, as a comment of a pull request."""
+
+from __future__ import annotations
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.page.comment_markdown import MarkdownTable, Row, code, document, plain
+from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, Cell
+from softmark.interpreter.study.leaderboard.leaderboard_changes import changed, words
+
+Key = tuple[str, str, str]
+COLUMNS = ("case", "model", "before", "after", "change")
+
+
+def comment(old: Board, new: Board) -> str:
+    """Markdown: the cells that differ, and how many do not."""
+    before, after = _by_key(old), _by_key(new)
+    timed = (old.environment or {}).get("cpu") == (new.environment or {}).get("cpu")
+    rows = [
+        row for key in dict.fromkeys((*after, *before)) if (row := _row(key, before.get(key), after.get(key), timed))
+    ]
+    same = len(set(before) & set(after)) - sum(row[-1] not in ("new", "gone") for row in rows)
+    counts = f"{len(after)} cells, {same} as before"
+    note = "" if timed else " Times are not compared: the processors differ."
+    head = f"**Board: {plain(new.title)}.** {counts}, {len(rows)} changed.{note}"
+    return document(head, [MarkdownTable("cells", COLUMNS, rows)])
+
+
+def _by_key(board: Board) -> dict[Key, Cell]:
+    return {(c.case, c.model, c.name): c for c in board.cells}
+
+
+def _row(key: Key, old: Cell | None, new: Cell | None, timed: bool) -> Row | None:
+    case, model, name = key
+    who = f"{plain(model)} ({code(name)})" if name else plain(model)
+    if old is None or new is None:
+        return plain(case), who, _said(old), _said(new), "new" if old is None else "gone"
+    change = changed(old, new, timed)
+    return (plain(case), who, _said(old), _said(new), change) if change else None
+
+
+def _said(cell: Cell | None) -> str:
+    if cell is None:
+        return "–"
+    if cell.error is None:
+        return words(cell.status)
+    time = "" if cell.time_s is None else f", {quantity(cell.time_s, 's', 3)}"
+    return plain(f"{quantity(cell.error, cell.unit, 3, percent=True)}{time}")

@@ -1,0 +1,82 @@
+"""`page`: the whole board as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+from softmark.interpreter.report.comparison.comparison_view import SceneView, views
+from softmark.interpreter.report.leaderboard.case_cards import cards
+from softmark.interpreter.report.leaderboard.performance_profile_figures import profiles
+from softmark.interpreter.report.leaderboard.result_matrix import matrix
+from softmark.interpreter.report.page.html_document import document, moment
+from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, several, tag, text
+from softmark.interpreter.report.run.tables.provenance_table import table_of
+from softmark.interpreter.study.analysis.comparison_record import Compared
+from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
+from softmark.interpreter.study.leaderboard.model_strengths import Merit, merits
+
+
+def page(board: Board, compared: Compared) -> str:
+    """A complete HTML5 document of a board and the comparison that it was made of: no network, no other file."""
+    own = {view.scene: view for view in views(compared)}
+    ranked = merits(board)
+    sections = [
+        ("matrix", matrix(board, [m.model for m in ranked])),
+        ("profiles", profiles(board)),
+        ("merits", _merits(ranked)),
+        ("cases", cards(board, own)),
+        ("provenance", _provenance(board)),
+    ]
+    return document(
+        f"{board.title} – softmark board", plain(_conclusion(board)), _header(board), sections, "board.json",
+        _curves(board, own), ["report.css", "compare.css", "board.css"], ["report.js"],
+    )  # fmt: skip
+
+
+def _curves(board: Board, own: dict[str, SceneView]) -> int:
+    """The most that a legend can hide."""
+    return max([len(board.models), *(len(view.lines) for view in own.values())])
+
+
+def _conclusion(board: Board) -> str:
+    """`37 cases, 30 models, 61 answers: 50 right, ...`"""
+    words = {"met": "right", "not_met": "wrong", "cannot_tell": "beyond what the reference can tell"}
+    found = [(said, sum(c.verdict == key for c in board.cells)) for key, said in words.items()]
+    lost = sum(c.error is None for c in board.cells)
+    said = [f"{n} {what}" for what, n in (*found, ("without an error", lost)) if n]
+    models, cells = count(len(board.models), "model"), count(len(board.cells), "cell")
+    return f"{count(len(board.cases), 'case')}, {models}, {cells}: {listed(said) or 'nothing judged'}."
+
+
+def _header(board: Board) -> str:
+    where = [moment(board.created), text(str(board.environment.get("cpu") or ""))]
+    line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
+    above = tag("p", "softmark board", class_="eyebrow")
+    return tag("header", above, tag("h1", text(board.title)), tag("p", prose(_conclusion(board)), class_="conclusion"),
+               line)  # fmt: skip
+
+
+def _merits(ranked: list[Merit]) -> str:
+    """What each model is good for."""
+    heads = ("Model", "Right", "Quickest", "Most accurate", "Wrong", "No answer")
+    head = tag("thead", tag("tr", *(tag("th", text(h), scope="col") for h in heads)))
+    rows = [
+        tag("tr", tag("th", text(m.model), scope="row"),
+            *(tag("td", _links(names)) for names in (m.right, m.quickest, m.closest, m.wrong)),
+            tag("td", text(several([f"{case} ({status.replace('_', ' ')})" for case, status in m.lost]) or "–")))
+        for m in ranked
+    ]  # fmt: skip
+    table = tag("table", head, tag("tbody", *rows), class_="merits")
+    lead = (
+        "Quickest: of those that answer right. Most accurate: as far as the reference can tell."
+        " Both where several models meet."
+    )
+    wide = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="What models are good for")
+    return section("merits", "What each model is good for", tag("p", text(lead), class_="lead"), wide)
+
+
+def _links(names: tuple[str, ...]) -> str:
+    return ", ".join(tag("a", text(n), href=f"#case-{n}") for n in names) or "–"
+
+
+def _provenance(board: Board) -> str:
+    repeat = tag("p", "To repeat this board:") + tag("pre", tag("code", text(board.command)), class_="command")
+    return section("provenance", "Provenance", repeat, table_of(dict(board.environment)))

@@ -1,0 +1,64 @@
+"""Performance profiles as plates; the fronts are the diagrams of `dsl compare`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
+from softmark.interpreter.report.charts.curve_styles import model_look
+from softmark.interpreter.report.charts.line_chart import Chart, Curve
+from softmark.interpreter.report.page.embedded_csv import csv_link
+from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, crowded, plate
+from softmark.interpreter.report.page.html_markup import section, tag, text
+from softmark.interpreter.study.leaderboard.leaderboard_cells import Board
+from softmark.interpreter.study.leaderboard.performance_profiles import Profile, error_profiles, time_profiles
+
+STEPS = 120  # of the axis: a step of a profile is drawn no steeper
+WIDTH, HEIGHT = 620.0, 330.0
+LEAST = 0.01  # tolerances: errors far below are drawn at the edge
+FARTHEST = 1e3  # the axis goes no further
+BY_TIME = (
+    "The share of cases that a model answers right within τ times the time of the quickest right answer, over"
+    " the {} cases that have one. At τ = 1: nobody is quicker. At the far right: it answers right at all. A case that a"
+    " model does not enter counts as not answered (Dolan and Moré 2002)."
+)
+BY_ERROR = (
+    "The share of cases whose error is at most τ tolerances of the case, whatever time that takes, over the {} cases"
+    " with an error. At τ = 1: right. A case that a model does not enter counts as not answered."
+)
+
+
+def profiles(board: Board) -> str:
+    """The section, empty where nobody has a right answer."""
+    quick, near = time_profiles(board), error_profiles(board)
+    plates = []
+    if quick:
+        far = max(p.steps[-1][0] for p in quick)
+        plates.append(_plate("time", quick, (1.0, min(max(far, 10.0), FARTHEST)), "τ, times the quickest", BY_TIME))
+    if near:
+        plates.append(_plate("error", near, (LEAST, 100.0), "τ, tolerances", BY_ERROR))
+    if not plates:
+        return ""
+    return section("profiles", "Performance profiles", *plates)
+
+
+def _plate(name: str, own: Sequence[Profile], ends: tuple[float, float], label: str, caption: str) -> str:
+    across = logarithmic(*ends, label, "1")
+    taus = [math.exp(math.log(across.low) + i / STEPS * math.log(across.high / across.low)) for i in range(STEPS + 1)]
+    taus[-1] = across.high
+    curves = tuple(
+        Curve(p.model, model_look(i), tuple((t, p.at(t * (1 + 1e-12))) for t in taus), 1 + i, named=False)
+        for i, p in enumerate(own)
+    )
+    best = ", ".join(f"{p.model} {p.steps[-1][1]:.0%}" for p in own[:3])
+    title = f"Profile of {'times' if name == 'time' else 'errors'}"
+    up = linear(0.0, max(math.ceil(10.0 * own[0].steps[-1][1]) / 10.0, 0.2), "share of cases", "1")
+    chart = Chart(f"profile-{name}", title, f"The largest shares: {best}.", across, up, WIDTH, HEIGHT, curves)
+    shown = [p.model for p in own[:SHOWN]]
+    columns = [PlateColumn("τ", ("τ",), [(f"{t:.4g}",) for t in taus])]
+    columns += [PlateColumn(p.model, ("share",), [(f"{p.at(t * (1 + 1e-12)):.3g}",) for t in taus]) for p in own]
+    rows = [(p.model, tau, share, p.of) for p in own for tau, share in p.steps]
+    save = csv_link(f"profile-{name}", ["model", "tau", "share", "cases"], rows)
+    said = tag("b", text(title)) + ". " + text(caption.format(own[0].of)) + crowded(len(own), len(shown))
+    return plate(chart, said, columns, save, open_=shown if len(own) > SHOWN else None)

@@ -1,0 +1,76 @@
+"""The matrix: models down, cases across, in each cell the most accurate answer of the model to the case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.comparison.comparison_view import status_of
+from softmark.interpreter.report.page.html_markup import section, tag, text
+from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, Cell
+
+SIGNS: Mapping[str | None, tuple[str, str]] = {  # by verdict: sign and class
+    "met": ("✓", "good"), "not_met": ("✗", "bad"), "cannot_tell": ("?", "warn"), None: ("·", "quiet"),
+}  # fmt: skip
+LEAD = (
+    "A cell has the error of the most accurate setting of the model, what the reference leaves open of it, and the time"
+    " of a solution. ✓ is within the tolerance of the case, ✗ is not, ? cannot be told as the reference leaves that"
+    " open; other words say why there is no answer. Empty: the model did not enter."
+)
+
+
+def matrix(board: Board, order: Sequence[str]) -> str:
+    """The section; `order` is that of the models."""
+    heads = [tag("th", tag("a", text(name), href=f"#case-{name}"), scope="col", title=card.question)
+             for name, card in board.cases.items()]  # fmt: skip
+    head = tag("thead", tag("tr", tag("th", "Model", scope="col"), *heads))
+    rows = [_row(board, model) for model in order]
+    lost = [_lost(board)] if any(card.reason for card in board.cases.values()) else []
+    table = tag("table", head, tag("tbody", *rows, *lost), class_="board")
+    wide = tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Models and cases")
+    return section("matrix", "Models and cases", tag("p", text(LEAD), class_="lead"), wide)
+
+
+def _row(board: Board, model: str) -> str:
+    card = board.models[model]
+    judged = any(c.verdict for c in board.cells if c.model == model)
+    about = tag("small", text(f"{card.met} of {card.entered} right")) if judged else ""
+    cells = [_cell(board.of(case, model)) for case in board.cases]
+    return tag("tr", tag("th", text(model), about, scope="row"), *cells)
+
+
+def _cell(cells: Sequence[Cell]) -> str:
+    if not cells:
+        return tag("td")
+    first = cells[0]
+    sign, mood = SIGNS[first.verdict]
+    more = tag("small", text(f"best of {len(cells)}")) if len(cells) > 1 else ""
+    if first.error is None:
+        why = first.message or status_of(first.status)
+        return tag("td", text(status_of(first.status)), more, class_="none", title=f"{first.name}: {why}")
+    parts = [tag("b", f"{sign} {text(error_of(first))}")]
+    if first.uncertainty:
+        parts.append(tag("small", text(f"± {_amount(first.uncertainty, first.unit)}")))
+    if first.time_s is not None:
+        parts.append(tag("small", text(quantity(first.time_s, "s", 2))))
+    if first.status != "converged":
+        parts.append(tag("small", text(status_of(first.status))))
+    return tag("td", *parts, more, class_=mood, title=f"{first.name}: {first.outline}")
+
+
+def _lost(board: Board) -> str:
+    """A row of cases that nobody could answer."""
+    cells = [
+        tag("td", "failed", class_="none", title=card.reason) if card.reason else tag("td")
+        for card in board.cases.values()
+    ]
+    return tag("tr", tag("th", "the scene itself", scope="row"), *cells)
+
+
+def error_of(cell: Cell) -> str:
+    """An error in words; what is as small as rounding is so."""
+    return "–" if cell.error is None else _amount(cell.error, cell.unit)
+
+
+def _amount(value: float, unit: str) -> str:
+    return "< 1e-8 %" if unit == "1" and 0 <= value < 1e-10 else quantity(value, unit, 2, percent=True)

@@ -1,0 +1,36 @@
+"""A comparison in a notebook: what to take, every configuration, and error against effort."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softmark.interpreter.report.comparison.comparison_page import advice, conclusion, diagrams, title
+from softmark.interpreter.report.comparison.comparison_tables import configurations
+from softmark.interpreter.report.comparison.comparison_view import SceneView, views
+from softmark.interpreter.report.notebook.box_frame import ROWS, bounded, framed, shell
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.study.analysis.comparison_record import Compared
+
+WHERE = "`comparison.write(FOLDER)`"
+
+
+def inline(comparison: Compared) -> str:
+    """A comparison as a piece of HTML, of bounded size."""
+    own = views(comparison)
+    said = [tag("p", prose(conclusion(own))), advice(own, comparison)]
+    tables = [_table(view, own) for view in own if view.points]
+    drawn = diagrams(own)
+    if drawn:
+        curves = max((len(view.lines) for view in own), default=0)
+        drawn = framed("Work and precision", drawn, ["report.css", "compare.css"], ["report.js"], curves)
+        drawn = bounded(drawn, "".join((*said, *tables)), WHERE)
+    rest = f"All points, and what they tell, are in `comparison.points` and `comparison.analysis`; the page: {WHERE}."
+    return shell(title(own), *said, *tables, drawn, tag("p", prose(rest), class_="quiet"))
+
+
+def _table(view: SceneView, own: Sequence[SceneView]) -> str:
+    """Every configuration of a scene, the first where they are many."""
+    heading = tag("p", tag("b", text(view.heading))) if len(own) > 1 else ""
+    left = len(view.once) - ROWS
+    more = tag("p", prose(f"{left} more are in `comparison.points`."), class_="quiet") if left > 0 else ""
+    return heading + configurations(view, ROWS) + more

@@ -1,0 +1,102 @@
+"""A report in a notebook: verdicts, then models and metrics with units and stated errors, then the shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from softmark.interpreter.report.notebook.box_frame import ROWS, bounded, framed, shell, verdict
+from softmark.interpreter.report.page.figure_frame import details
+from softmark.interpreter.report.page.html_markup import count, prose, tag
+from softmark.interpreter.report.run.figures.comparison_section import messages, vouched
+from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
+from softmark.interpreter.report.run.report_header import title
+from softmark.interpreter.report.run.report_page import files_of
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables import expectation_table
+from softmark.interpreter.report.run.tables.results_table import Notes, ResultsTable
+from softmark.interpreter.report.view3d import shapes_section
+from softmark.interpreter.report.view3d.compact_surfaces import POINTS
+from softmark.interpreter.results.run_report import ExpectationResult, Report
+
+SHAPES = 24  # that are drawn
+ROOM = 400_000  # bytes of all of them
+EACH = 30  # bytes of a point with its triangles and its error
+WHERE = "`report.write(FOLDER)`"
+
+
+def inline(report: Report) -> str:
+    """A report as a piece of HTML, of bounded size."""
+    # without the text of the scene no number of a line is a link: the listing is not here
+    findings = Findings(replace(report, scene={**report.scene, "text": ""}))
+    mood, ended = findings.status
+    above = [verdict(mood, f"{ended}."), tag("p", prose(findings.conclusion))]
+    above += [_expectations(findings), messages(findings), _warned(findings), *_results(findings)]
+    drawn = _shapes(findings)
+    drawn = bounded(drawn, "".join(above), WHERE) if drawn else ""
+    return shell(title(findings), *above, drawn, _rest(findings))
+
+
+def _warned(findings: Findings) -> str:
+    """How many warnings there are, the first of them on demand."""
+    warnings = findings.report.warnings
+    if not warnings:
+        return ""
+    return details(count(len(warnings), "warning"), expectation_table.warned(warnings[:ROWS]))
+
+
+def _expectations(findings: Findings) -> str:
+    """The table of verdicts, those that are not met first where they are too many to show."""
+    judged = findings.report.expectations
+    if not judged:
+        return ""
+    if len(judged) <= ROWS:
+        return expectation_table.table_of(findings)
+    first = sorted(judged, key=_urgency)[:ROWS]
+    some = Findings(replace(findings.report, expectations=tuple(sorted(first, key=lambda e: e.line))))
+    left = f"{len(judged) - ROWS} more expectations are in `report.expectations`."
+    return expectation_table.table_of(some) + tag("p", prose(left), class_="quiet")
+
+
+def _urgency(e: ExpectationResult) -> int:
+    return 0 if e.passed is False else 1 if e.passed is None else 2
+
+
+def _results(findings: Findings) -> Sequence[str]:
+    """A table for each body, their footnotes, and what models state of themselves."""
+    if not findings.everyone:
+        return ()
+    notes = Notes(linked=False)
+    tables = [_table(findings, body, notes) for body in bodies(findings)]
+    return *tables, notes.list(), vouched(findings)
+
+
+def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
+    """The table of a body under its name, its first rows where there are many."""
+    heading = tag("p", tag("b", prose(f"`{body.name}`"))) if body.name else ""
+    few = replace(body, results=body.results[:ROWS])
+    more = len(body.results) - len(few.results)
+    left = tag("p", prose(f"{more} more rows are in `report.frame()`."), class_="quiet") if more else ""
+    return heading + ResultsTable(findings, few, notes).html() + left
+
+
+def _shapes(findings: Findings) -> str:
+    """The view of the written report, of fewer and coarser shapes, in a frame; empty where nothing has a shape."""
+    report = findings.report
+    shaped = [n for n in (*report.references, *report.models) if findings.everyone[n].shape is not None]
+    few = shaped[:SHAPES]
+    if not few:
+        return ""
+    models = {n: r for n, r in report.models.items() if n in few}
+    references = {n: r for n, r in report.references.items() if n in few}
+    some = Findings(replace(report, models=models, references=references))
+    markup = shapes_section.section_of(some, max(300, min(POINTS, ROOM // (EACH * len(few)))), ROOM, stills=False)
+    left = f"{len(shaped) - len(few)} more shapes are in the page that {WHERE} makes."
+    more = tag("p", prose(left), class_="quiet") if len(shaped) > len(few) else ""
+    return (framed("Shapes after deformation", markup, *files_of(markup)) if markup else "") + more
+
+
+def _rest(findings: Findings) -> str:
+    """What there is besides."""
+    said = f"Numbers as a table: `report.frame()`; the whole page, with curves and sources: {WHERE}."
+    return tag("p", prose(said), class_="quiet")

@@ -1,0 +1,25 @@
+"""A stability study in a notebook: what was wrong without a word, and where each model is right."""
+
+from __future__ import annotations
+
+from softmark.interpreter.report.notebook.box_frame import ROWS, bounded, framed, shell, verdict
+from softmark.interpreter.report.page.html_markup import prose, tag
+from softmark.interpreter.report.robustness.robustness_page import conclusion, edges, silent, strips
+from softmark.interpreter.study.robustness.robustness_record import Stress
+
+WHERE = "`stress.write(FOLDER)`"
+
+
+def inline(stress: Stress) -> str:
+    """A stability study as a piece of HTML, of bounded size."""
+    said = [verdict("bad" if stress.silent else "good", conclusion(stress))]
+    said += [silent(stress, ROWS)] if stress.silent else []
+    left = len(stress.silent) - ROWS
+    said += [tag("p", prose(f"{left} more are in `stress.silent`."), class_="quiet")] if left > 0 else []
+    tables = bounded(edges(stress), "", WHERE)
+    drawn = strips(stress)
+    if drawn:
+        drawn = framed("Along each quantity", drawn, ["report.css", "stress.css"], ["report.js"])
+        drawn = bounded(drawn, "".join((*said, tables)), WHERE)
+    rest = f"Every point is in `stress.points`; the page, with what would move the edges: {WHERE}."
+    return shell(str(stress.scene["title"]), *said, tables, drawn, tag("p", prose(rest), class_="quiet"))

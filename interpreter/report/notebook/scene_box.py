@@ -1,0 +1,70 @@
+"""A scene in a notebook: its parameters, what it declares, what is doubtful about it, and its text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.scene_sources import standard_name
+from softmark.interpreter.report.notebook.box_frame import LARGEST, ROWS, shell, table
+from softmark.interpreter.report.page.figure_frame import details
+from softmark.interpreter.report.page.html_markup import count, listed, prose, tag, text
+from softmark.interpreter.report.run.tables import expectation_table
+from softmark.interpreter.report.run.tables.scene_listing import coloured, value_shown
+from softmark.interpreter.results.prompt_representation import cut
+from softmark.interpreter.results.run_report import Warned
+
+KINDS = ("body", "material", "model", "reference", "probe", "metric", "study")  # that are told of, in this order
+LINES = 200  # of its text
+
+
+def inline(scene: Scene, warnings: Sequence[Diagnostic]) -> str:
+    """A scene as a piece of HTML, of bounded size."""
+    parts = [tag("p", prose(_expected(scene))), _doubts(warnings), _parameters(scene), _declared(scene), _text(scene)]
+    return shell(scene.title or scene.source.name, *parts)
+
+
+def _expected(scene: Scene) -> str:
+    file = standard_name(scene.path) or scene.path or scene.source.name
+    return f"`{cut(file)}`: {count(len(scene.expectations), 'expectation')}; nothing was computed yet, `run()` does."
+
+
+def _doubts(warnings: Sequence[Diagnostic]) -> str:
+    """How many warnings there are, and the first."""
+    if not warnings:
+        return ""
+    said = [Warned(d.code, d.message, d.span.line if d.span else None, d.help) for d in warnings[:ROWS]]
+    return details(count(len(warnings), "warning"), expectation_table.warned(said))
+
+
+def _parameters(scene: Scene) -> str:
+    from softmark.interpreter.pipeline.run_environment import describe
+
+    known = describe(scene)
+    rows = [
+        tag("tr", tag("th", tag("code", text(name)), scope="row"), tag("td", text(value_shown(p))),
+            tag("td", "given" if name in known["overridden"] else "of the scene"))
+        for name, p in list(known["parameters"].items())[:ROWS]
+    ]  # fmt: skip
+    return table("Parameters", ("Parameter", "Value", "From"), rows) if rows else ""
+
+
+def _declared(scene: Scene) -> str:
+    """What is declared of each kind, with the word that each is made by."""
+    rows = [_kind(kind, own) for kind in KINDS if (own := scene.of_kind(kind))]
+    return table("What the scene declares", ("Kind", "Names"), rows) if rows else ""
+
+
+def _kind(kind: str, own: dict[str, Declared]) -> str:
+    names = [f"`{cut(name)}` ({cut(d.constructor.name)})" for name, d in list(own.items())[:ROWS]]
+    names += [f"{len(own) - ROWS} more"] if len(own) > ROWS else []
+    return tag("tr", tag("th", text(kind), scope="row"), tag("td", prose(listed(names))))
+
+
+def _text(scene: Scene) -> str:
+    lines = scene.source.text[: LARGEST // 10].splitlines()
+    shown = "\n".join(coloured(line) for line in lines[:LINES])
+    left = scene.source.text.count("\n") + 1 - LINES
+    more = tag("p", f"{left} more lines are in the file.", class_="quiet") if left > 0 else ""
+    return details("Text of the scene", tag("pre", tag("code", shown)), more)

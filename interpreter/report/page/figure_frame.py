@@ -1,0 +1,82 @@
+"""A plate: a chart with its caption, a legend that shows and hides curves, and its numbers as table and CSV.
+
+The legend's boxes work by style sheet alone; `report.js` adds the coordinates of points, which it takes from
+the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softmark.interpreter.report.charts.line_chart import Chart, sample
+from softmark.interpreter.report.page.html_markup import broken, count, prose, tag, text
+from softmark.records import dataclass
+
+SHOWN = 12  # curves of models that are drawn at first; the legend has the others
+
+
+@dataclass(frozen=True)
+class PlateColumn:
+    """Cells of a data table under one name: symbols with units (`x / mm`), a text for each row and symbol."""
+
+    name: str
+    symbols: tuple[str, ...]
+    cells: Sequence[Sequence[str]]  # rows, symbols
+
+
+def plate(
+    chart: Chart,
+    caption: str,
+    columns: Sequence[PlateColumn],
+    save: str,
+    legend: bool = True,
+    open_: Sequence[str] | None = None,
+) -> str:
+    """The figure. `caption` is markup; `open_` names the curves that are shown at first, None for all."""
+    drawing = tag("div", chart.svg(), class_="drawing")
+    side = _legend(chart, open_) if legend else ""
+    numbers = details("Data of this figure", data_table(f"Data: {chart.title}", columns), save)
+    body = tag("div", drawing, side, class_="beside" if side else "alone")
+    below = tag("figcaption", tag("p", caption), numbers)
+    return tag("figure", body, below, class_="plate", id=chart.identity)
+
+
+def _legend(chart: Chart, open_: Sequence[str] | None) -> str:
+    rows = []
+    for index, curve in enumerate(chart.curves):
+        checked = open_ is None or curve.name in open_ or curve.look.role != "model"
+        box = tag("input", type="checkbox", value=f"k{index}", checked=checked)
+        rows.append(tag("label", box, sample(curve.look), tag("span", broken(curve.name)), class_=curve.look.role))
+    return tag("fieldset", tag("legend", "Curves"), *rows, class_="legend")
+
+
+def toggles(curves: int) -> str:
+    """The rules by which the boxes of a legend hide its curves."""
+    return "".join(f'.plate:has(input[value="k{i}"]:not(:checked)) .k{i}{{display:none}}' for i in range(curves))
+
+
+def details(summary: str, *content: str) -> str:
+    """Content that opens on demand."""
+    return tag("details", tag("summary", text(summary)), *content)
+
+
+def data_table(caption: str, columns: Sequence[PlateColumn]) -> str:
+    """Rows of numbers; the first column heads the rows. A name stands over the symbols of its columns."""
+    first, *rest = columns
+    names = [tag("th", text(first.name), rowspan=2, scope="col", data_q=first.symbols[0])]
+    names += [tag("th", text(c.name), colspan=len(c.symbols), scope="colgroup") for c in rest]
+    symbols = [tag("th", text(s), scope="col") for c in rest for s in c.symbols]
+    head = tag("thead", tag("tr", *names), tag("tr", *symbols))
+    body = tag("tbody", *(_row(i, columns) for i in range(max((len(c.cells) for c in columns), default=0))))
+    table = tag("table", tag("caption", tag("span", prose(caption))), head, body, class_="data")
+    return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label=caption.replace("`", ""))
+
+
+def _row(index: int, columns: Sequence[PlateColumn]) -> str:
+    cells = [cell for c in columns for cell in (c.cells[index] if index < len(c.cells) else ("–",) * len(c.symbols))]
+    return tag("tr", tag("th", text(cells[0]), scope="row"), *(tag("td", text(cell)) for cell in cells[1:]))
+
+
+def crowded(total: int, shown: int, where: str = "legend") -> str:
+    """A sentence for the caption where not every model is drawn at first."""
+    return f" {count(shown, 'model')} of {total} drawn at first: tick others in the {where}." if shown < total else ""

@@ -1,0 +1,152 @@
+"""Figures of `dsl stress`: strips, one row a model, along each quantity; heat maps over pairs of quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
+from softmark.interpreter.report.page.html_markup import plain, tag, text
+from softmark.interpreter.report.robustness.robustness_view import Ruler, class_of, percent, ruler, shown, told, walked
+from softmark.interpreter.study.robustness.robustness_record import StressMap, StressPoint, StressStudy
+
+WIDTH, LEFT, RIGHT, ROW, TOP = 900.0, 190.0, 24.0, 26.0, 10.0
+TICKS = 9  # at most, so that labels do not meet
+CELL, EDGE = 46.0, 74.0  # of a heat map
+
+
+def key(study: StressStudy) -> str:
+    """The classes that occur, with what they mean."""
+    found = dict.fromkeys(p.found.word for p in study.points)
+    items = [
+        tag("li", _mark(12, 10, name, 5.0, alone=True), tag("b", text(class_of(name).words)), ": ",
+            text(class_of(name).meaning))
+        for name in found
+    ]  # fmt: skip
+    return tag("ul", *items, class_="stress-key")
+
+
+def _mark(x: float, y: float, name: str, size: float, alone: bool = False, title: str = "") -> str:
+    """A coloured disc with the glyph of a class."""
+    said = tag("title", text(plain(title))) if title else ""
+    disc = tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=size + 2.5)
+    glyph = tag("text", text(class_of(name).sign), x=f"{x:.1f}", y=f"{y + 3.6:.1f}", text_anchor="middle")
+    group = tag("g", said, disc, glyph, class_=f"stress-mark {name}")
+    if not alone:
+        return group
+    return tag("svg", group, viewBox="0 0 24 20", width=24, height=20, aria_hidden="true")
+
+
+def strip(study: StressStudy, asked: WalkedQuantity) -> str:
+    """All models along one quantity: bands where the class is the same from point to point. Empty without points."""
+    rows = {m: walked(study, m, asked) for m in study.models}
+    rows = {m: points for m, points in rows.items() if len(points) > 1}
+    if not rows:
+        return ""
+    scale = ruler(asked, [v for points in rows.values() for v, _ in points])
+    height = TOP + ROW * len(rows) + 34
+    drawn = [_row(model, points, scale, i) for i, (model, points) in enumerate(rows.items())]
+    said = f"Classes of {len(rows)} models along {asked.name}"
+    pieces = (_nominal(asked, scale, len(rows)), *drawn, _ticks(scale, TOP + ROW * len(rows)))
+    reach = f" from {scale.said(scale.marks[0])} to {scale.said(scale.marks[-1])}"
+    caption = tag("code", text(asked.name)) + text(reach) + _nominal_words(asked)
+    return _figure(said, (WIDTH, height), pieces, caption)
+
+
+def _figure(said: str, size: tuple[float, float], pieces: Sequence[str], caption: str) -> str:
+    box = f"0 0 {size[0]:.0f} {size[1]:.0f}"
+    picture = tag("svg", tag("title", text(said)), *pieces, viewBox=box, role="img")
+    return tag("figure", tag("div", picture, class_="drawing"), tag("figcaption", tag("p", caption)), class_="plate")
+
+
+def _nominal_words(asked: WalkedQuantity) -> str:
+    return text(f"; the scene has {asked.text}") if asked.text else ""
+
+
+def _x(scale: Ruler, value: Any) -> float:
+    return LEFT + scale.at(value) * (WIDTH - LEFT - RIGHT)
+
+
+def _row(model: str, points: Sequence[tuple[Value, StressPoint]], scale: Ruler, index: int) -> str:
+    y = TOP + ROW * (index + 0.5)
+    ordered = sorted(points, key=lambda entry: scale.at(entry[0]))
+    bands = [
+        tag("rect", x=f"{_x(scale, a):.1f}", y=f"{y - 7:.1f}", width=f"{_x(scale, b) - _x(scale, a):.1f}", height=14,
+            class_=f"band {p.found.word}")
+        for (a, p), (b, q) in pairwise(ordered) if p.found.word == q.found.word
+    ]  # fmt: skip
+    marks = [_mark(_x(scale, v), y, p.found.word, 3.5, title=f"{model}, {told(p)}") for v, p in ordered]
+    name = tag("text", text(model), x=LEFT - 16, y=f"{y + 4:.1f}", text_anchor="end", class_="model-name")
+    return tag("g", name, *bands, *marks)
+
+
+def _nominal(asked: WalkedQuantity, scale: Ruler, rows: int) -> str:
+    """A line where the scene itself is."""
+    if isinstance(asked.nominal, str) or asked.nominal not in scale.marks:
+        return ""
+    x = f"{_x(scale, asked.nominal):.1f}"
+    return tag("line", x1=x, x2=x, y1=TOP - 4, y2=TOP + ROW * rows + 4, class_="nominal")
+
+
+def _ticks(scale: Ruler, y: float) -> str:
+    """Values under their places, as many as do not meet."""
+    pieces, end = [], -1e9
+    for value in _some(scale.marks):
+        x, said = _x(scale, value), scale.said(value)
+        if x - 3.6 * len(said) > end:
+            pieces.append(tag("text", text(said), x=f"{x:.1f}", y=y + 20, text_anchor="middle", class_="tick"))
+            end = x + 3.6 * len(said) + 6
+    return "".join(pieces)
+
+
+def _some(marks: Sequence[Any]) -> Iterator[Any]:
+    step = max(1, -(-len(marks) // TICKS))
+    yield from (v for i, v in enumerate(marks) if i % step == 0)
+
+
+# ------------------------------------------------------------------ pairs
+
+
+def maps(study: StressStudy) -> str:
+    """A heat map for each model and pair: the class by tint and glyph, the error in figures."""
+    units = {q.name: q.unit for q in study.quantities}
+    plates = [_map(own, units) for own in study.maps]
+    return tag("div", *plates, class_="small-plates") if plates else ""
+
+
+def _map(own: StressMap, units: Mapping[str, str]) -> str:
+    width, height = EDGE + CELL * len(own.xs) + 8, CELL * len(own.ys) + 62
+    cells = [
+        _cell(own, i, j, EDGE + CELL * i, 6 + CELL * (len(own.ys) - 1 - j))
+        for j in range(len(own.ys)) for i in range(len(own.xs))
+    ]  # fmt: skip
+    said, pieces = f"{own.model}: {own.x} and {own.y}", _sides(own, units, CELL * len(own.ys) + 6)
+    over = tag("code", text(own.y)) + " over " + tag("code", text(own.x))
+    return _figure(said, (width, height), [*cells, *pieces], tag("b", text(own.model)) + ": " + over)
+
+
+def _cell(own: StressMap, i: int, j: int, x: float, y: float) -> str:
+    name, error = own.classes[j][i], own.errors[j][i]
+    if name is None:
+        return ""
+    box = tag("rect", x=f"{x:.1f}", y=f"{y:.1f}", width=CELL - 2, height=CELL - 2, rx=3, class_=f"cell {name}")
+    glyph = tag("text", text(class_of(name).sign), x=f"{x + CELL / 2 - 1:.1f}", y=f"{y + 19:.1f}",
+                text_anchor="middle")  # fmt: skip
+    figure = "" if error is None else tag("text", text(percent(error)), x=f"{x + CELL / 2 - 1:.1f}",
+                                          y=f"{y + 35:.1f}", text_anchor="middle", class_="error")  # fmt: skip
+    return tag("g", box, glyph, figure, class_=f"stress-cell {name}")
+
+
+def _sides(own: StressMap, units: Mapping[str, str], bottom: float) -> list[str]:
+    below = [
+        tag("text", text(shown(v, units[own.x])), x=f"{EDGE + CELL * (i + 0.5) - 1:.1f}",
+            y=f"{bottom + 14 + 13 * (i % 2):.1f}", text_anchor="middle", class_="tick")
+        for i, v in enumerate(own.xs)
+    ]  # fmt: skip
+    beside = [
+        tag("text", text(shown(v, units[own.y])), x=EDGE - 8, text_anchor="end", class_="tick",
+            y=f"{6 + CELL * (len(own.ys) - 1 - j) + CELL / 2 + 3:.1f}")
+        for j, v in enumerate(own.ys)
+    ]  # fmt: skip
+    return below + beside

@@ -1,0 +1,225 @@
+"""`page`: what `dsl stress` shows, one HTML file that needs nothing else; what went wrong silently comes first."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+
+from softmark.interpreter.report.page.figure_frame import details
+from softmark.interpreter.report.page.html_document import document, moment
+from softmark.interpreter.report.page.html_markup import count, listed, plain, prose, section, tag, text
+from softmark.interpreter.report.robustness import robustness_figures as stress_figures
+from softmark.interpreter.report.robustness.robustness_view import (
+    CLASSES,
+    beyond,
+    class_of,
+    percent,
+    reach,
+    shown,
+    told,
+)
+from softmark.interpreter.report.robustness.validity_range_text import gaps, nowhere
+from softmark.interpreter.report.run.tables.provenance_table import listing, scene_name, table_of
+from softmark.interpreter.study.robustness.robustness_record import (
+    Stress,
+    StressChoice,
+    StressEdge,
+    StressPoint,
+    StressStudy,
+)
+
+FOLDED = 60  # points beyond which their table is folded
+
+
+def page(stress: Stress) -> str:
+    """A complete HTML5 document of a `softmark-stress/1`: no network, no other file."""
+    return document(
+        f"{stress.scene['title']} – softmark stress",
+        plain(conclusion(stress)),
+        _header(stress),
+        [(name, make(stress)) for name, make in SECTIONS],
+        "stress.json",
+        0,
+        ["report.css", "stress.css"],
+        ["report.js"],
+    )
+
+
+def conclusion(stress: Stress) -> str:
+    """`2 340 points of 9 models: 1 402 right, 512 inaccurate and said so, ...; none was wrong without a word.`"""
+    summary, counts = stress.summary, stress.summary.classes
+    models = len(dict.fromkeys(m for study in stress.studies for m in study.models))
+    ordered = [name for name in CLASSES if counts.get(name) and name != "silent"]
+    said = listed([f"{counts[name]} {class_of(name).words}" for name in ordered])
+    judged = summary.points - (counts.get("unjudged") or 0)
+    none = "None was wrong without a word." if judged or not summary.points else "Nothing was judged."
+    last = f"{summary.silent} wrong without a word!" if summary.silent else none
+    return f"{count(summary.points, 'point')} of {count(models, 'model')}: {said or 'none computed'}. {last}"
+
+
+def _header(stress: Stress) -> str:
+    where = [moment(stress.created or ""), text((stress.environment or {}).get("cpu") or "")]
+    line = tag("p", " · ".join(tag("span", piece) for piece in where if piece), class_="where")
+    above = tag("p", "softmark stress", class_="eyebrow")
+    said = tag("p", prose(conclusion(stress)), class_="conclusion")
+    return tag("header", above, tag("h1", text(stress.scene["title"])), said, line)
+
+
+def _silent(stress: Stress) -> str:
+    return section("silent", "Wrong without a word", silent(stress)) if stress.silent else ""
+
+
+def silent(stress: Stress, most: int | None = None) -> str:
+    """Every point that was wrong without a word, the first so many, with the command that repeats it."""
+    file, plugins = scene_name(stress.scene, "-"), [p["file"] for p in stress.scene.get("plugins", ())]
+    items = [
+        tag("li", tag("code", text(p.model)), ", ", prose(told(p)), _command(again(file, p, plugins)))
+        for p in stress.silent[:most]
+    ]
+    return tag("div", tag("ul", *items), class_="callout bad")
+
+
+def again(file: str, point: StressPoint, plugins: Sequence[str] = ()) -> str:
+    """The command that computes a point again."""
+    parts = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
+    parts += [part for n, t in point.texts.items() for part in ("-p", f"{n}={t}")]
+    return shlex.join([*parts, "--model", point.model])
+
+
+def _command(said: str) -> str:
+    return tag("pre", tag("code", text(said)), class_="command")
+
+
+def _edges(stress: Stress) -> str:
+    return section("edges", "Where each model is right", edges(stress))
+
+
+def edges(stress: Stress) -> str:
+    """For each study, where each model is right, and what comes beyond."""
+    return "".join(_under(stress, study, _table(study)) for study in stress.studies)
+
+
+def _under(stress: Stress, study: StressStudy, markup: str) -> str:
+    """Under the study's name where there are several."""
+    if not markup or len(stress.studies) < 2:
+        return markup
+    return tag("h3", tag("code", text(study.name))) + markup
+
+
+def _table(study: StressStudy) -> str:
+    asked = study.quantities
+    columns = (tag("th", tag("code", text(q.name)), scope="col") for q in asked)
+    head = tag("tr", tag("th", "Model", scope="col"), *columns)
+    rows = [
+        tag("tr", tag("th", tag("code", text(m)), scope="row"),
+            *(_range(study.edges_of(m, q.name), q.unit) for q in asked))
+        for m in study.models
+    ]  # fmt: skip
+    against = f" against `{study.against}`" if study.against else ""
+    lead = (
+        f"Right means that `{study.metric}`{against} is at most {percent(study.within)} and what the reference "
+        "itself may be off by. One quantity is moved at a time, all others are as the scene has them."
+    )
+    table = tag("table", tag("thead", head), tag("tbody", *rows), class_="edges")
+    return tag("p", prose(lead), class_="lead") + tag("div", table, class_="scroll", tabindex=0, role="region",
+                                                      aria_label="Edges")  # fmt: skip
+
+
+def _range(own: list[StressEdge], unit: str) -> str:
+    """`0.3 … 0.4995`, what comes beyond each end beneath."""
+    if not own:
+        return tag("td", "–")
+    if choices := [e for e in own if isinstance(e, StressChoice)]:
+        none = "with none" if any(e.wrong for e in choices) else ""
+        words = ", ".join(text(v) for v in reach(own, unit)) or none
+        said = [tag("small", _beyond(e, unit)) for e in own]
+    else:
+        words = " … ".join(text(v) for v in reach(own, unit)) or nowhere(own)
+        between = gaps(own) if reach(own, unit) else ""
+        sides = (_beyond(e, unit) for e in own if any(e.judged for e in own))
+        said = [tag("small", line) for line in (text(between), *sides) if line]
+    worst = next((e.word for e in own if e.word), "right")
+    return tag("td", words, *said, class_=worst)
+
+
+def _beyond(edge: StressEdge, unit: str) -> str:
+    met = beyond(edge, unit)
+    if isinstance(edge, StressChoice):  # which has no sides
+        return text(met or "right with all")
+    side = "above" if edge.direction == "up" else "below"
+    return text(f"{side}: {met or 'right as far as it was walked, to ' + shown(edge.reached, unit)}")
+
+
+def _strips(stress: Stress) -> str:
+    drawn = strips(stress)
+    return section("walks", "Along each quantity", drawn) if drawn else ""
+
+
+def strips(stress: Stress) -> str:
+    """One figure for each quantity."""
+    blocks = []
+    for study in stress.studies:
+        figures = "".join(stress_figures.strip(study, asked) for asked in study.quantities)
+        blocks.append(_under(stress, study, stress_figures.key(study) + figures if figures else ""))
+    return "".join(blocks)
+
+
+def _maps(stress: Stress) -> str:
+    """Heat maps of pairs."""
+    blocks = [_under(stress, study, stress_figures.maps(study)) for study in stress.studies]
+    return section("maps", "Two at a time", *blocks) if any(blocks) else ""
+
+
+def _remedies(stress: Stress) -> str:
+    """Why each edge is where it is, and what would move it."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for study in stress.studies:
+        for e in study.edges:
+            if e.word is not None and (e.reason or e.remedy):
+                found.setdefault((e.quantity, e.reason or "", e.remedy or ""), []).append(e.model)
+    items = [
+        tag("li", tag("code", text(name)), ", ", listed([tag("code", text(m)) for m in dict.fromkeys(models)]), ": ",
+            prose("; ".join(piece for piece in (reason, remedy) if piece)))
+        for (name, reason, remedy), models in found.items()
+    ]  # fmt: skip
+    return section("remedies", "What would move the edges", tag("ul", *items, class_="wanted")) if items else ""
+
+
+def _points(stress: Stress) -> str:
+    """Every point."""
+    rows = [_point(p) for p in stress.points]
+    if not rows:
+        return ""
+    heads = ("Model", "Values", "Class", "Error", "Stated", "Message")
+    head = tag("tr", *(tag("th", h, scope="col") for h in heads))
+    table = tag("div", tag("table", tag("thead", head), tag("tbody", *rows), class_="compared"), class_="scroll")
+    return section("points", "Points", table if len(rows) <= FOLDED else details(count(len(rows), "point"), table))
+
+
+def _point(point: StressPoint) -> str:
+    found = point.found
+    values = ", ".join(f"{n} = {t}" for n, t in point.texts.items()) or "as the scene has it"
+    figures = [percent(v) if v is not None else "–" for v in (found.error, found.states)]
+    message = " ".join(piece for piece in (found.code, found.message) if piece)
+    return tag(
+        "tr", tag("th", tag("code", text(point.model)), scope="row"), tag("td", text(values)),
+        tag("td", text(class_of(found.word).words)), *(tag("td", text(f), class_="n") for f in figures),
+        tag("td", tag("small", prose(message))),
+    )  # fmt: skip
+
+
+def _provenance(stress: Stress) -> str:
+    """The command, the environment and the scene."""
+    repeat = tag("p", "To repeat this study:") + _command(stress.command) if stress.command else ""
+    return section("provenance", "Provenance", repeat, table_of(stress.environment or {}), listing(stress.scene))
+
+
+SECTIONS = (
+    ("silent", _silent),
+    ("edges", _edges),
+    ("walks", _strips),
+    ("maps", _maps),
+    ("remedies", _remedies),
+    ("points", _points),
+    ("provenance", _provenance),
+)

@@ -1,0 +1,117 @@
+"""A stability study in the terminal: how far each model is right along each quantity, and what lies beyond."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Sequence
+
+from softmark.grammar.diagnostic import all_visible
+from softmark.interpreter.language import units
+from softmark.interpreter.planning.varied_quantities import WalkedQuantity
+from softmark.interpreter.report.robustness.validity_range_text import chosen, ends, gaps, nowhere
+from softmark.interpreter.study.robustness.robustness_record import (
+    Stress,
+    StressChoice,
+    StressEdge,
+    StressStudy,
+    StressSummary,
+)
+
+RED, OFF = "\033[1;31m", "\033[0m"
+MOST = 20  # silent points that are listed
+
+SAID = {
+    "inaccurate": "inaccurate", "silent": "SILENT", "not_converged": "not converged", "diverged": "diverged",
+    "right": "right", "refused": "refused", "failed": "failed", "timed_out": "out of time", "unjudged": "no truth",
+}  # fmt: skip
+
+
+def table(found: Stress, file: str, overrides: Sequence[str], colour: bool, place: str | None) -> str:
+    """All studies, the counts, and every silent point with the command that repeats it."""
+    lines = [str(found.scene["title"])]
+    for study in found.studies:
+        lines += ["", *_study(study)]
+    lines = [all_visible(line) for line in (*lines, "", _counts(found.summary))]
+    lines += _silent(found, file, overrides, colour)
+    if place:
+        lines.append(f"more: {place}")
+    return "\n".join(lines)
+
+
+def _study(study: StressStudy) -> Iterator[str]:
+    yield (f"{study.name}: {study.metric} against {study.against}, right within {100 * study.within:g} %, "
+           f"until {study.until}")  # fmt: skip
+    for quantity in study.quantities:
+        models = list(dict.fromkeys(e.model for e in study.edges if e.quantity == quantity.name))
+        if not models:
+            continue
+        yield f"  {quantity.name} (here {quantity.text}{', times' if _is_vector(quantity) else ''})"
+        width = max(len(m) for m in models)
+        for model in models:
+            own = study.edges_of(model, quantity.name)
+            yield f"    {model:<{width}}  {_range(own, quantity.unit)}"
+            lines = dict.fromkeys(line for e in own for line in _beyond(e, quantity.unit))
+            yield from (f"    {'':<{width}}    {line}" for line in lines)
+
+
+def _is_vector(quantity: WalkedQuantity) -> bool:
+    return quantity.kind == "factor" and quantity.text.startswith("(")
+
+
+def _range(edges: Sequence[StressEdge], unit: str) -> str:
+    """`right 0.3 .. 0.4995`, or that it is right nowhere, or that nothing was judged."""
+    if isinstance(edges[0], StressChoice):
+        return "; ".join(f"{SAID.get(word, word)}: {', '.join(own)}" for word, own in chosen(edges[0]))
+    found = ends(edges, lambda value: number(value, unit))
+    if not found:
+        return nowhere(edges)
+    said = f"right at {found[0]}" if len(found) == 1 else f"right {' .. '.join(found)}"
+    return "; ".join(piece for piece in (said, gaps(edges)) if piece)
+
+
+def _beyond(edge: StressEdge, unit: str) -> Iterator[str]:
+    """What lies beyond an edge, and what would move it."""
+    if edge.word is None:
+        return
+    at = ""
+    if edge.met is not None and (edge.word != "unjudged" or edge.last_right is not None):
+        at = f" {'from' if edge.direction == 'up' else 'down from'} {number(edge.met, unit)}"
+    yield f"{SAID.get(edge.word, edge.word)}{at}" + (f": {edge.reason}" if edge.reason else "")
+    if edge.silence and edge.first_silence is not None and edge.first_silence != edge.first_wrong:
+        yield f"{SAID.get(edge.silence, edge.silence)} from {number(edge.first_silence, unit)}"
+    if edge.remedy:
+        yield f"= {edge.remedy}"
+
+
+def number(value: float, unit: str) -> str:
+    """A value as people read it; near one half what is missing, which is what counts there."""
+    if unit == "1" and 0.499 < value < 0.5:
+        return f"0.5 - {0.5 - value:.3g}"
+    return units.show(float(f"{value:.4g}"), units.parse(unit).dimension)
+
+
+def _counts(summary: StressSummary) -> str:
+    parts = [f"{n} {SAID.get(word, word)}" for word, n in summary.classes.items() if n and word != "silent"]
+    said = f"{summary.points} points: {', '.join(parts)}; {summary.silent} silent"
+    none = summary.points and summary.classes.get("unjudged") == summary.points
+    return said + (": nothing was judged, so that says nothing" if none else "")
+
+
+def _silent(found: Stress, file: str, overrides: Sequence[str], colour: bool) -> Iterator[str]:
+    """Points that look right and are wrong, with the commands that repeat them."""
+    silent = [(s.metric, p) for s in found.studies for p in s.points if p.found.word == "silent"]
+    if not silent:
+        return
+    on, off = (RED, OFF) if colour else ("", "")
+    yield f"{on}wrong, and nothing says so:{off}"
+    for metric, point in silent[:MOST]:
+        plugins = (p["file"] for p in found.scene.get("plugins", ()))
+        command = ["dsl", "run", file, *(part for own in plugins for part in ("--plugin", own))]
+        for text in (*overrides, *(f"{n}={all_visible(t)}" for n, t in point.texts.items())):
+            command += ["-p", text]
+        command += ["--model", point.model]
+        says = "" if point.found.states is None else f", states {100 * point.found.states:.2g} %"
+        error = f"{metric} = {100 * (point.found.error or 0.0):.3g} %{says}"
+        yield f"{on}  {shlex.join(command)}{off}   # {error}"
+    if len(silent) > MOST:
+        yield f"{on}  and {len(silent) - MOST} more{off}"

@@ -1,0 +1,146 @@
+"""What the page of `dsl stress` shows, from a `softmark-stress/1`: classes in words, and where values stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
+from softmark.interpreter.report.robustness.validity_range_text import chosen, ends
+from softmark.interpreter.study.robustness.robustness_record import StressChoice, StressEdge, StressPoint, StressStudy
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class Class:
+    """How a class of points is said and drawn: a letter, a glyph and a tint, so that no one of them is needed."""
+
+    words: str
+    sign: str
+    meaning: str
+
+
+CLASSES: Mapping[str, Class] = {
+    "right": Class("right", "✓", "as near to the reference as is asked"),
+    "inaccurate": Class("inaccurate as stated", "▲", "further off, and the model says that it may be"),
+    "silent": Class("wrong without a word", "!", "converged, and further off than the model states"),
+    "not_converged": Class("not converged", "×", "no equilibrium was found, and the model says so"),
+    "diverged": Class("diverged", "⤫", "the motion grew without bound, and the model says so"),
+    "refused": Class("refused", "–", "not run: the scene is not one for this model"),
+    "failed": Class("failed", "✗", "the solver stopped with an error, which is told"),
+    "timed_out": Class("out of time", "…", "no answer within the time that a point has"),
+    "unjudged": Class("not judged", "?", "what is right there is not known, or not well enough"),
+}
+
+
+def class_of(name: object) -> Class:
+    """The look of a class; one that is not known here is said as it is called."""
+    return CLASSES.get(str(name)) or Class(str(name).replace("_", " "), "?", "")
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """Where the values of a quantity stand, from 0 to 1: by decades, by decades of the gap to a limit, or in turn."""
+
+    name: str
+    unit: str
+    kind: str  # "log" | "gap" | "linear" | "turn"
+    marks: tuple[Any, ...]  # values in order
+    ends: tuple[float, float]
+
+    def at(self, value: Any) -> float:
+        """0 at the lowest value, 1 at the highest."""
+        low, high = self.ends
+        return (self._place(value) - low) / (high - low) if high > low else 0.5
+
+    def _place(self, value: Any) -> float:
+        return place(self.kind, value, self.marks)
+
+    def said(self, value: Any) -> str:
+        """A value in the unit that fits it."""
+        return shown(value, self.unit)
+
+
+DIGITS = 4  # edges are bisected to no more than two
+GAP_LIMIT, LEAST_GAP = 0.5, 1e-10  # of Poisson's ratio, the one quantity that is walked by its gap
+
+
+def place(kind: str, value: Any, marks: Sequence[Any]) -> float:
+    """The coordinate of a value on a scale of a kind."""
+    if kind == "turn":
+        return float(list(marks).index(value)) if value in marks else 0.0
+    if kind == "gap":
+        return -math.log10(max(GAP_LIMIT - float(value), LEAST_GAP))
+    return math.log10(float(value)) if kind == "log" else float(value)
+
+
+def ruler(asked: WalkedQuantity, values: Sequence[Any]) -> Ruler:
+    """The scale on which the values of a quantity stand apart."""
+    numbers = all(isinstance(v, int | float) for v in values)
+    marks = tuple(sorted(set(values)) if numbers else dict.fromkeys(values))
+    kind = "turn"
+    if numbers and asked.kind == "gap" and all(v <= GAP_LIMIT for v in marks):
+        kind = "gap"
+    elif numbers and marks:
+        wide = marks[0] > 0 and marks[-1] > 8 * marks[0]
+        mixed = marks[0] <= 0 and len(marks) > 2 and marks[-1] > 100 * min(v for v in marks if v > marks[0])
+        kind = "log" if wide else "turn" if mixed else "linear"
+    places = [place(kind, v, marks) for v in marks]
+    return Ruler(asked.name, asked.unit, kind, marks, (min(places), max(places)))
+
+
+def shown(value: Any, unit: str) -> str:
+    """A value of a quantity in four digits; Poisson's ratios keep all their nines."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    if unit not in ("1", ""):
+        return quantity(float(value), unit, DIGITS)
+    return signed(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
+
+
+def reach(own: Collection[StressEdge], unit: str) -> list[str]:
+    """Both ends of where a model was found right, by its edges in each direction, or the choices with which it is."""
+    choice = next((e for e in own if isinstance(e, StressChoice)), None)
+    return ends(own, lambda value: shown(value, unit)) if choice is None else list(choice.right)
+
+
+def beyond(edge: StressEdge, unit: str) -> str | None:
+    """What a model is beyond an edge, and from where; None where it is right as far as it was walked."""
+    if edge.word is None:
+        return None
+    words = class_of(edge.word).words
+    if isinstance(edge, StressChoice):
+        others = [(word, own) for word, own in chosen(edge) if word != "right"]
+        return "; ".join(f"{class_of(word).words} with {', '.join(own)}" for word, own in others)
+    at_once = edge.word == "unjudged" and edge.last_right is None
+    return words if edge.met is None or at_once else f"{words} from {shown(edge.met, unit)}"
+
+
+def walked(study: StressStudy, model: str, quantity: WalkedQuantity) -> list[tuple[Value, StressPoint]]:
+    """The points of a model along one quantity, all others nominal; in no order."""
+    nominal = {q.name: q.nominal for q in study.quantities}
+    own = []
+    for point in study.points:
+        others = {name: v for name, v in point.values.items() if v != nominal.get(name)}
+        if point.model == model and set(others) <= {quantity.name}:
+            own.append((others.get(quantity.name, quantity.nominal), point))
+    return own
+
+
+def told(point: StressPoint) -> str:
+    """What a pointer over a point shows: `rubber.poisson = 0.4999: right, error 0.3 %, states 2 %`."""
+    found = point.found
+    where = ", ".join(f"{n} = {t}" for n, t in (point.texts or point.values).items()) or "as the scene has it"
+    pieces = [class_of(found.word).words]
+    pieces += [f"error {percent(found.error)}"] if found.error is not None else []
+    pieces += [f"states {percent(found.states)}"] if found.states is not None else []
+    pieces += [found.code] if found.code else []
+    message = f"; {found.message}" if found.message else ""
+    return f"{where}: {', '.join(pieces)}{message}"
+
+
+def percent(value: float) -> str:
+    """`0.32 %`, `250 %`, `> 1000 %`."""
+    return "> 1000 %" if value > 10 else f"{100 * value:.2g} %" if value < 1 else f"{100 * value:.0f} %"

@@ -1,0 +1,145 @@
+"""The comparison: what went wrong, the table, its footnotes and CSV, what its columns and references are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softmark.interpreter.language.number_formatting import own_error
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.html_markup import prose, section, tag, text
+from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, value_of, worth
+from softmark.interpreter.report.run.tables.error_statement_table import checked, silent, words
+from softmark.interpreter.report.run.tables.metric_details import details_of
+from softmark.interpreter.report.run.tables.results_table import (
+    SYMBOLS,
+    Notes,
+    ResultsTable,
+    caption,
+    ordered,
+    stated_of,
+)
+from softmark.interpreter.results.run_report import ReferenceResult, Timing
+
+SIZES = ("nodes", "elements", "dofs")
+PARTS = ("median [s]", "min [s]", "max [s]", "runs")
+
+
+def section_of(findings: Findings) -> str:
+    """Everything about the table."""
+    if not findings.everyone:
+        return section("table", "Comparison", tag("p", "Neither a model nor a reference was run.", class_="quiet"))
+    notes, columns = Notes(), ordered(findings.metrics)
+    own = bodies(findings)
+    tables = "".join(_table(findings, body, notes) for body in own)  # before the notes, which gather in it
+    save = _csv(findings, columns)
+    about = _meanings(findings, columns)
+    return section(
+        "table",
+        "Comparison",
+        messages(findings),
+        tag("p", caption(findings), class_="quiet about"),
+        tables,
+        notes.list(),
+        vouched(findings),
+        save,
+        about,
+        details_of(findings),
+    )
+
+
+def vouched(findings: Findings) -> str:
+    """What models state of their own errors, and that their forces were found again."""
+    models = findings.report.models.items()
+    said = [tag("li", tag("code", text(name)), " ", prose(w)) for name, m in models if (w := words(m))]
+    said += [tag("li", prose(quiet))] if (quiet := silent(findings.report)) else []
+    again = checked(findings.report)
+    stated = tag("ul", *said, class_="notes") if said else ""
+    return stated + (tag("p", text(again), class_="quiet about") if again else "")
+
+
+def _table(findings: Findings, body: BodyResults, notes: Notes) -> str:
+    """The table of a body, under its name where there are several."""
+    heading = tag("h3", prose(f"`{body.name}`")) if body.name else ""
+    return heading + ResultsTable(findings, body, notes).html()
+
+
+def messages(findings: Findings) -> str:
+    """What happened, in full, to everyone without a solution."""
+    everyone = findings.everyone.items()
+    return "".join(_message(n, r) for n, r in everyone if r.status != "converged" or r.message)
+
+
+def _message(name: str, result: Result) -> str:
+    symbol, mood, ended = SYMBOLS.get(result.status, ("?", "quiet", result.status))
+    who = tag("p", tag("b", f"{symbol} ", tag("code", text(name)), f" {text(ended)}"))
+    said = prose(result.message or "No reason was given.")
+    return tag("div", who, tag("p", said), class_=f"callout {mood}")
+
+
+def _meanings(findings: Findings, columns: Sequence[MetricColumn]) -> str:
+    """What the metrics and the references are."""
+    items = [_meaning(m) for m in columns if m.summary]
+    items += [_source(n, r) for n, r in findings.report.references.items()]
+    return tag("dl", *items, class_="meanings") if items else ""
+
+
+def _meaning(metric: MetricColumn) -> str:
+    where = f"At probe `{metric.probe}`" + (f", against `{metric.against}`." if metric.against else ".")
+    part = f" Of {metric.part}." if metric.part else ""
+    return _defined(metric.name, f"{metric.summary} {where if metric.probe else ''}{part}")
+
+
+def _source(name: str, reference: ReferenceResult) -> str:
+    error, said_kind = reference.estimated_error, worth(reference)
+    own = "" if error is None else f" Its own error is {own_error(error)}."
+    said = str(reference.facts.get("said") or "")
+    own += f" {said[:1].upper()}{said[1:]}." if said else ""
+    return _defined(name, f"{said_kind[:1].upper()}{said_kind[1:]}: {reference.source}.{own}")
+
+
+def _defined(name: str, words: str) -> str:
+    return tag("div", tag("dt", tag("code", text(name))), tag("dd", prose(words)))
+
+
+def _csv(findings: Findings, columns: Sequence[MetricColumn]) -> str:
+    """Every number of the table in SI, as a link."""
+    clocks = sorted({k for m in findings.report.models.values() for k, timing in m.time.items() if timing})
+    header = ["name", "kind", "status", "message", "about", *(f"{m.name} [{m.unit}]" for m in columns)]
+    uncertain = [m for m in columns if findings.uncertainty(m)]
+    header += [f"{m.name} within the uncertainty" for m in uncertain]
+    said = [m for m in columns if any(stated_of(r, m) is not None for r in findings.everyone.values())]
+    header += [f"{m.name} stated error [{m.unit}]" for m in said]
+    header += [*SIZES, "iterations", "residual"]
+    header += [f"{clock.removesuffix('_s')} {part}" for clock in clocks for part in PARTS]
+    rows = [_record(n, r, columns, uncertain, said, clocks) for n, r in findings.everyone.items()]
+    return csv_link("comparison", header, rows, "Save this table as CSV")
+
+
+def _record(
+    name: str,
+    result: Result,
+    columns: Sequence[MetricColumn],
+    uncertain: Sequence[MetricColumn],
+    said: Sequence[MetricColumn],
+    clocks: Sequence[str],
+) -> list[Cell]:
+    metrics: list[Cell] = [value_of(result, m.name) for m in columns]
+    metrics += [_within(result, m) for m in uncertain]
+    metrics += [stated_of(result, m) for m in said]
+    if isinstance(result, ReferenceResult):
+        none: list[Cell] = [None] * (len(SIZES) + 2 + len(PARTS) * len(clocks))
+        return [name, "reference", result.status, result.message, result.about, *metrics, *none]
+    row: list[Cell] = [name, "model", result.status, result.message, result.outline, *metrics]
+    row += [result.size.get(k) for k in SIZES]
+    row += [result.solve.get("iterations"), result.solve.get("residual")]
+    return row + [cell for clock in clocks for cell in _clock(result.time.get(clock))]
+
+
+def _within(result: Result, metric: MetricColumn) -> str | None:
+    found = result.metrics.get(metric.name)
+    return None if found is None or found.value is None else "no" if found.meaningful else "yes"
+
+
+def _clock(timing: Timing | None) -> list[Cell]:
+    return [None] * len(PARTS) if timing is None else [*timing.to_json().values()]

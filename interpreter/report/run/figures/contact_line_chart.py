@@ -1,0 +1,120 @@
+"""What a metric comes to along a line, as contact pressure: a chart of all models and what they are held to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.charts.chart_axes import Axis, linear
+from softmark.interpreter.report.charts.line_chart import Chart
+from softmark.interpreter.report.charts.line_chart import Curve as Drawn
+from softmark.interpreter.report.page.figure_frame import plate
+from softmark.interpreter.report.page.html_markup import prose, section
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
+from softmark.interpreter.report.run.tables.curve_points import columns, saved
+from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.results.run_report import SeenCurve
+from softmark.records import dataclass
+
+WIDTH, HEIGHT = 640.0, 300.0
+
+
+def section_of(findings: Findings) -> str:
+    """A chart for each metric that has a curve along its probe, those of the same curves together; else empty."""
+    charts: dict[tuple[object, ...], Along] = {}
+    for metric in findings.metrics:
+        along = {} if metric.probe is None else curves_of(findings, metric, "m")
+        models = {n: c for n, c in along.items() if n in findings.report.models}
+        if models:
+            same = (metric.probe, *((n, tuple(c.y.tolist())) for n, c in models.items()))
+            before = charts.get(same) or Along(findings, len(charts), metric, {})
+            charts[same] = replace(before, curves={**_right(metric, along), **before.curves, **along})
+    return section("along", "Along lines", *(own.plate() for own in charts.values())) if charts else ""
+
+
+def curves_of(findings: Findings, metric: MetricColumn, unit: str) -> dict[str, SeenCurve]:
+    """Those of a metric over what has that unit, by the name of the model or reference."""
+    every = ((name, outcome.metrics.get(metric.name)) for name, outcome in findings.everyone.items())
+    return {name: m.curve for name, m in every if m is not None and m.curve and m.curve.units[0] == unit}
+
+
+def _right(metric: MetricColumn, along: Mapping[str, SeenCurve]) -> dict[str, SeenCurve]:
+    """What a metric is held against, which is the same for all."""
+    right = metric.against or metric.model
+    each = [SeenCurve(c.x, c.known, c.units) for c in along.values() if c.known is not None]
+    return {right: each[0]} if right is not None and each else {}
+
+
+@dataclass(frozen=True)
+class Along:
+    """Curves of all, and of what they are held against, by the distance from where the line of a metric begins."""
+
+    findings: Findings
+    number: int
+    metric: MetricColumn
+    curves: Mapping[str, SeenCurve]
+
+    @property
+    def title(self) -> str:
+        """What is drawn: `pressure`."""
+        named = self.findings.declared.get(self.metric.name)
+        return named.word.removesuffix("_along").replace("_", " ") if named else self.metric.name
+
+    @property
+    def key(self) -> str:
+        """Of the chart in the page."""
+        return f"along-{self.number}"
+
+    @property
+    def named(self) -> str:
+        """What the file of its points is called."""
+        return f"{self.metric.name}-along"
+
+    @property
+    def heading(self) -> str:
+        """What is drawn, in words."""
+        return f"{self.title} along {self.metric.probe}"
+
+    def plate(self) -> str:
+        """The chart."""
+        open_ = [*drawn_first(self.findings, self.curves), *self.findings.report.references]
+        known = looks(self.findings.report)
+        drawn = tuple(
+            Drawn(n, known[n], tuple(zip(c.x.tolist(), c.y.tolist(), strict=True)), 1 + i, 1, 1, n in open_)
+            for i, (n, c) in enumerate(self.curves.items())
+        )
+        chart = Chart(self.key, self.heading, self.desc(), *self.axes(), WIDTH, HEIGHT, drawn,
+                      left=78.0, right=110.0)  # fmt: skip
+        found, file = columns(self.curves, self.units), saved(self.named, self.curves, self.units)
+        return plate(chart, prose(self.caption()), found, file, open_=open_)
+
+    def axes(self) -> tuple[Axis, Axis]:
+        """The distance, and the values with nothing among them."""
+        far, low, high, margin = self.extent
+        across = linear(0.0, far, f"along {self.metric.probe}", "m", 8)
+        return across, linear(low, high + margin, self.title, self.units[1], 6)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """The farthest x, the least and the largest y with nothing among them, and what is left free beyond these."""
+        every = np.concatenate([c.y for c in self.curves.values()])
+        low, high = min(0.0, float(every.min())), max(0.0, float(every.max()))
+        return max(float(c.x[-1]) for c in self.curves.values()), low, high, 0.06 * (high - low or 1.0)
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Of both axes."""
+        return next(iter(self.curves.values())).units
+
+    def desc(self) -> str:
+        """The largest of each."""
+        up = self.units[1]
+        return "; ".join(f"{n}: at most {quantity(float(c.y.max()), up, 3)}" for n, c in self.curves.items()) + "."
+
+    def caption(self) -> str:
+        """Where it is looked at."""
+        last = self.findings.of_last
+        return f"`{self.metric.name}` along `{self.metric.probe}`, by its points before deformation{last}."

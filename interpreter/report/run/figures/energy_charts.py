@@ -1,0 +1,107 @@
+"""Energies over time, a small chart for each model: how well what should be conserved is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.language.number_formatting import quantity, scale_of, signed
+from softmark.interpreter.report.charts.chart_axes import linear
+from softmark.interpreter.report.charts.curve_styles import Look, model_look, phase_look
+from softmark.interpreter.report.charts.line_chart import Chart, Curve, sample
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.line_probes import Floats
+from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.run_report import ModelResult
+from softmark.records import dataclass
+
+DRAWN = 201
+LEFT, TOP, WIDTH, HEIGHT = 58.0, 30.0, 300.0, 150.0
+SUM = "total"  # the energy whose drift is told
+
+
+def energy_plates(findings: Findings) -> str:
+    """Charts with a key; empty where no model has energies."""
+    known = [(n, m, model_look(i)) for i, (n, m) in enumerate(findings.report.models.items())]
+    found = [e for n, m, look in known if (e := _energies(n, m, look)) is not None]
+    if not found:
+        return ""
+    names = list(dict.fromkeys(name for e in found for name in e.values))
+    phases = {name: phase_look(i) for i, name in enumerate(names)}
+    key = tag("ul", *(tag("li", sample(look), tag("span", text(n))) for n, look in phases.items()), class_="key")
+    charts = tag("div", *(e.plate(i, phases) for i, e in enumerate(found)), class_="small-plates")
+    return tag("h3", "Energies") + key + charts
+
+
+def _energies(name: str, model: ModelResult, look: Look) -> _Energies | None:
+    """The energies (t,) J of a model, None where it has none that fit its times."""
+    times = np.asarray(model.solve.get("times") or (), dtype=float)
+    given = model.solve.get("energies") or {}
+    values = {n: np.asarray(v, dtype=float) for n, v in given.items() if len(v) == len(times)}
+    values = {n: v for n, v in values.items() if np.isfinite(v).all()}
+    return _Energies(name, look, times, values) if values and len(times) > 1 else None
+
+
+@dataclass(frozen=True)
+class _Energies:
+    """Energies (t,) J of one model at times (t,) s."""
+
+    name: str
+    look: Look
+    times: Floats
+    values: dict[str, Floats]
+
+    @cached_property
+    def chosen(self) -> NDArray[np.int64]:
+        """Numbers of the moments that are drawn."""
+        return picked(len(self.times), DRAWN)
+
+    @property
+    def words(self) -> str:
+        """By how much the total changes."""
+        if SUM not in self.values:
+            return f"{len(self.times)} moments"
+        total = self.values[SUM]
+        drift = float(np.abs(total - total[0]).max())
+        largest = max(float(np.ptp(v)) for v in self.values.values())
+        share = f", {signed(f'{100 * drift / largest:.2g} %')} of the largest exchange" if largest > 0 else ""
+        return f"the total changes by up to {quantity(drift, 'J', 2)}{share}"
+
+    def plate(self, index: int, phases: dict[str, Look]) -> str:
+        """The chart of this model."""
+        every = np.concatenate(list(self.values.values()))
+        low, high = float(every.min()), float(every.max())
+        margin = 0.05 * (high - low) or 1e-12
+        x = linear(float(self.times[0]), float(self.times[-1]), "time", "s", 5)
+        y = linear(low - margin, high + margin, "energy", "J", 5)
+        chart = Chart(
+            f"energy-{index}", f"Energies of {self.name}", f"{self.name}: {self.words}.", x, y, WIDTH, HEIGHT,
+            tuple(self._curve(i, n, phases[n]) for i, n in enumerate(self.values)), labels=False,
+            left=LEFT, top=TOP, right=14.0,
+        )  # fmt: skip
+        return plate(chart, prose(f"`{self.name}`: {self.words}."), self._columns(), self._save(), legend=False)
+
+    def _curve(self, index: int, name: str, phase: Look) -> Curve:
+        points = tuple((float(self.times[i]), float(self.values[name][i])) for i in self.chosen)
+        return Curve(name, replace(phase, role="model", colour=self.look.colour), points, 1 + index, 1)
+
+    def _columns(self) -> list[PlateColumn]:
+        scale = scale_of([float(np.abs(v).max()) for v in self.values.values()], "J")
+        found = [PlateColumn("t / s", ("t / s",), [(signed(f"{self.times[i]:.5g}"),) for i in self.chosen])]
+        for name, v in self.values.items():
+            cells = [(signed(f"{v[i] / scale.factor:.5g}"),) for i in self.chosen]
+            found.append(PlateColumn(name, (scale.heading("E"),), cells))
+        return found
+
+    def _save(self) -> str:
+        header = ["t [s]", *(f"{n} [J]" for n in self.values)]
+        rows: list[list[Cell]] = [
+            [short(float(t)), *(short(float(v[i])) for v in self.values.values())] for i, t in enumerate(self.times)
+        ]
+        return csv_link(f"{self.name}-energies", header, rows)

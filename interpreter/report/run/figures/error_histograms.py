@@ -1,0 +1,198 @@
+"""How errors are distributed: a histogram for each model, all with the same axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.report.charts.chart_axes import Axis, linear
+from softmark.interpreter.report.charts.curve_styles import Look
+from softmark.interpreter.report.charts.line_chart import Chart, Curve
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.html_markup import prose, section, tag
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn
+from softmark.interpreter.report.run.tables.line_probes import Floats, looks
+from softmark.interpreter.results.even_thinning import picked
+from softmark.records import dataclass
+
+BINS = 40
+LEFT, TOP, WIDTH, HEIGHT = 46.0, 30.0, 300.0, 130.0
+SAVED = 20_000  # samples in the CSV of one metric
+TINY = 30  # samples that make a histogram
+FAR = 4.0  # the common axis ends at so many times the median of what 99 % of each model's samples stay below
+LEAD = (
+    "How many points have which error; the axes are the same for all. Upright strokes are the median "
+    "(dotted), the mean (full) and what 95 % of the points stay below (dashed)."
+)
+
+
+def section_of(findings: Findings) -> str:
+    """Small charts for each error metric with samples; empty where there is none."""
+    metrics = [m for m in findings.metrics if m.is_error and _samples(findings, m)]
+    blocks: list[str] = []
+    seen: set[tuple[tuple[str, float, int], ...]] = set()
+    for metric in metrics:
+        key = tuple((n, float(s.sum()), len(s)) for n, s in _samples(findings, metric).items())
+        if key not in seen:  # several statistics of the same distances have one histogram
+            blocks.append(_Distribution(findings, len(seen), metric).html())
+        seen.add(key)
+    if not blocks:
+        return ""
+    return section("distribution", "Distribution of errors", tag("p", LEAD, class_="lead"), *blocks)
+
+
+def _samples(findings: Findings, metric: MetricColumn) -> dict[str, Floats]:
+    """Finite samples (n,) of the metric by model."""
+    found = {}
+    for name, model in findings.report.models.items():
+        metric_result = model.metrics.get(metric.name)
+        if metric_result is not None and len(metric_result.samples) >= TINY:
+            values = np.asarray(metric_result.samples, dtype=float)
+            found[name] = values[np.isfinite(values)]
+    return found
+
+
+@dataclass(frozen=True)
+class _Distribution:
+    """The histograms of one metric."""
+
+    findings: Findings
+    number: int
+    metric: MetricColumn
+
+    @cached_property
+    def samples(self) -> Mapping[str, Floats]:
+        return _samples(self.findings, self.metric)
+
+    @cached_property
+    def unit(self) -> str:
+        """Samples are distances where a metric is a share of them."""
+        return self.metric.unit if self.metric.unit not in ("1", "") else "m"
+
+    @cached_property
+    def top(self) -> float:
+        """Where the axis of errors ends: what is beyond is counted in the last bar."""
+        usual = [float(np.percentile(s, 99.0)) for s in self.samples.values()]
+        most = max(float(s.max()) for s in self.samples.values())
+        return min(most, FAR * float(np.median(usual))) or most or 1e-9
+
+    @cached_property
+    def counts(self) -> dict[str, Floats]:
+        """Shares of points in each bin, by model."""
+        edges = np.linspace(0.0, self.top, BINS + 1)
+        return {n: np.histogram(np.minimum(s, self.top), edges)[0] / len(s) for n, s in self.samples.items()}
+
+    @cached_property
+    def axes(self) -> tuple[Axis, Axis]:
+        """Error and share of points."""
+        most = max(float(c.max()) for c in self.counts.values())
+        high = min(most, 3.0 * float(np.median([c.max() for c in self.counts.values()])))
+        x = linear(0.0, self.top, f"distance from {self.metric.against}", self.unit, 5)
+        y = linear(0.0, 105.0 * high, "% of the points", "1", 4)
+        return x, y
+
+    def html(self) -> str:
+        """A heading and the charts."""
+        known = looks(self.findings.report)
+        charts = [self._plate(i, n, known[n]) for i, n in enumerate(self.samples)]
+        name = tag("h3", prose(f"`{self.metric.name}`, from `{self.metric.against}`"))
+        return name + tag("div", *charts, class_="small-plates") + self._save()
+
+    def _plate(self, index: int, name: str, look: Look) -> str:
+        x, y = self.axes
+        chart = Chart(
+            f"distribution-{self.number}-{index}", f"Errors of {name}, {self.metric.name}",
+            f"{name}: {self._words(name)}",
+            x, y, WIDTH, HEIGHT, (self._curve(name, look),), under=self._under(name, look, x, y), labels=False,
+            left=LEFT, top=TOP, right=14.0,
+        )  # fmt: skip
+        return plate(chart, prose(f"`{name}`: {self._words(name)}"), self._columns(name), self._csv(name), legend=False)
+
+    def _curve(self, name: str, look: Look) -> Curve:
+        width = self.top / BINS
+        points = tuple((width * (i + 0.5), 100.0 * float(c)) for i, c in enumerate(self.counts[name]))
+        return Curve(name, Look("bins", look.colour), points, 1, 1)
+
+    def _words(self, name: str) -> str:
+        s = self.samples[name]
+        median, high, most = (quantity(float(np.percentile(s, q)), self.unit, 3) for q in (50, 95, 100))
+        beyond = float((s > self.top).mean())
+        cut = f"; {signed(f'{100 * beyond:.0f} %')} lie beyond the axis and are in the last bar" if beyond > 0 else ""
+        tall = float(self.counts[name].max()) > self.axes[1].high / 100.0
+        tip = f"; its highest bar, of {100 * float(self.counts[name].max()):.0f} %, is cut" if tall else ""
+        mean = quantity(float(s.mean()), self.unit, 3)
+        return f"mean {mean}, median {median}, 95 % below {high}, largest {most}{cut}{tip}."
+
+    def _under(self, name: str, look: Look, x: Axis, y: Axis) -> str:
+        """Bars as one outline, strokes for the statistics, and the uncertainty as a band."""
+        s, base = self.samples[name], TOP + HEIGHT
+        steps, width = [f"M{LEFT:.1f} {base:.1f}"], WIDTH / BINS
+        for i, share in enumerate(self.counts[name]):
+            level = base - HEIGHT * min(1.0, y.at(100.0 * float(share)))
+            steps.append(f"V{level:.1f}H{LEFT + width * (i + 1):.1f}")
+        bars = tag("path", d="".join(steps) + f"V{base:.1f}Z", class_="bars")
+        strokes = [
+            ("mean", float(s.mean())),
+            ("median", float(np.median(s))),
+            ("high", float(np.percentile(s, 95))),
+        ]
+        lines = [_stroke(kind, x.at(value)) for kind, value in strokes if value <= self.top]
+        return tag("g", self._band(x), bars, *lines, class_=f"histogram c{look.colour}")
+
+    def _band(self, x: Axis) -> str:
+        known = self.findings.uncertainty(self.metric)
+        if not known:
+            return ""
+        width = WIDTH * min(1.0, x.at(min(known, self.top)))
+        return tag("rect", x=LEFT, y=TOP, width=f"{width:.1f}", height=HEIGHT, class_="uncertain")
+
+    def _columns(self, name: str) -> list[PlateColumn]:
+        x, _ = self.axes
+        factor = self.top / BINS
+        heading = x.label.replace(f"distance from {self.metric.against}", "error")
+        middles = [(signed(f"{_in_unit(factor * (i + 0.5), heading, self.unit):.4g}"),) for i in range(BINS)]
+        shares = [(signed(f"{100 * float(c):.3g}"),) for c in self.counts[name]]
+        return [PlateColumn(heading, (heading,), middles), PlateColumn(name, ("points / %",), shares)]
+
+    def _csv(self, name: str) -> str:
+        width = self.top / BINS
+        rows: list[list[Cell]] = [
+            [short(width * i), short(width * (i + 1)), short(float(c))] for i, c in enumerate(self.counts[name])
+        ]
+        header = [f"from [{self.unit}]", f"to [{self.unit}]", "share of points"]
+        return csv_link(f"{name}-{self.metric.name}-histogram", header, rows)
+
+    def _save(self) -> str:
+        """The samples themselves in ascending order, evenly chosen where they are too many for a page."""
+        most = SAVED // len(self.samples)
+        columns = [_chosen(np.sort(s), most) for s in self.samples.values()]
+        rows: list[list[Cell]] = [
+            [float(f"{c[i]:.5g}") if i < len(c) else None for c in columns] for i in range(max(map(len, columns)))
+        ]
+        header = [f"{n} [{self.unit}]" for n in self.samples]
+        every = all(len(s) <= most for s in self.samples.values())
+        label = "All errors as CSV" if every else f"{most} evenly chosen errors of each model as CSV"
+        return tag("p", csv_link(f"{self.metric.name}-samples", header, rows, label), class_="save-line")
+
+
+def _chosen(ordered: Floats, most: int) -> Floats:
+    """So many of the values, from the least to the largest."""
+    chosen: Floats = ordered[picked(len(ordered), most)]
+    return chosen
+
+
+def _in_unit(value: float, heading: str, unit: str) -> float:
+    """A value in the unit that a heading `error / mm` names."""
+    from softmark.interpreter.language import units
+
+    shown = heading.partition(" / ")[2] or unit
+    return value / units.parse(shown).factor
+
+
+def _stroke(kind: str, at: float) -> str:
+    x = LEFT + WIDTH * at
+    return tag("path", d=f"M{x:.1f} {TOP:.1f}v{HEIGHT:.1f}", class_=f"stat {kind}")

@@ -1,0 +1,174 @@
+"""Residual over iteration, a small chart for each model in its colour; phases differ by marker and dash."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import groupby
+
+from softmark.interpreter.language.number_formatting import signed
+from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic, whole
+from softmark.interpreter.report.charts.curve_labels import Point
+from softmark.interpreter.report.charts.curve_styles import Look, phase_look
+from softmark.interpreter.report.charts.line_chart import Chart, Curve, sample
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.html_markup import count, listed, prose, section, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.line_probes import looks
+from softmark.interpreter.results.run_report import ModelResult
+from softmark.records import dataclass
+
+SYMBOLS = ("phase", "load", "residual", "step")
+LEFT, TOP, WIDTH, HEIGHT = 50.0, 30.0, 300.0, 150.0
+LEAD = (
+    "Residual of equilibrium relative to the forces, before each iteration; the last point is what was "
+    "reached. A residual that rises first and then falls fast is Newton's method finding its way."
+)
+
+
+@dataclass(frozen=True)
+class _Step:
+    """One row of a history: the residual before the step, None where it was not finite or not known."""
+
+    phase: str
+    load: float | None
+    residual: float | None
+    length: float | None
+
+
+@dataclass(frozen=True)
+class _Course:
+    """The iterations of one model; a report keeps the last of a long history, so they start at `first`."""
+
+    name: str
+    model: ModelResult
+    look: Look
+
+    @cached_property
+    def steps(self) -> list[_Step]:
+        """What the report has of the history."""
+        entries = self.model.solve.get("history") or ()
+        return [_Step(str(e.get("phase", "")), e.get("load"), e.get("residual"), e.get("length")) for e in entries]
+
+    @property
+    def rows(self) -> list[_Step]:
+        """The history, and the residual that was reached after it."""
+        return [*self.steps, _Step("reached", None, self.model.solve.get("residual"), None)]
+
+    @property
+    def iterations(self) -> int:
+        """Iterations done."""
+        return int(self.model.solve.get("iterations") or len(self.steps))
+
+    @property
+    def first(self) -> int:
+        """Number of the first iteration that is drawn."""
+        return max(0, self.iterations - len(self.steps))
+
+    @property
+    def words(self) -> str:
+        """How it ended."""
+        end = self.rows[-1].residual
+        outcome = f"{self.model.status.replace('_', ' ')}, {count(self.iterations, 'iteration')}"
+        reached = "" if end is None else f", residual {signed(f'{end:.2g}')}"
+        lost = sum(step.residual is None for step in self.steps)
+        crosses = f"; {count(lost, 'residual')} not finite, marked at the top" if lost else ""
+        return outcome + reached + crosses + (f"; the last {len(self.steps)} are drawn" if self.first else "")
+
+
+def section_of(findings: Findings) -> str:
+    """The charts; empty where no model has a history."""
+    known = looks(findings.report)
+    everyone = [_Course(n, m, known[n]) for n, m in findings.report.models.items()]
+    courses = [course for course in everyone if course.steps]
+    if not courses:
+        return ""
+    names = dict.fromkeys(step.phase for course in courses for step in course.steps)
+    phases = {phase: phase_look(i) for i, phase in enumerate(names)}
+    y = _residuals([row.residual for course in courses for row in course.rows])
+    charts = tag("div", *(_plate(i, c, phases, y) for i, c in enumerate(courses)), class_="small-plates")
+    lead = tag("p", prose(LEAD), class_="lead")
+    silent = [f"`{course.name}`" for course in everyone if not course.steps]
+    return section("convergence", "Convergence", lead, _key(phases), charts, _missing(silent))
+
+
+def _missing(names: list[str]) -> str:
+    return tag("p", prose(f"No iterations were recorded for {listed(names)}."), class_="quiet") if names else ""
+
+
+def _residuals(values: Sequence[float | None]) -> Axis:
+    """One axis for all charts, so that they compare."""
+    positive = [v for v in values if v is not None and v > 0] or [1.0]
+    return logarithmic(max(min(positive), 1e-17 * max(positive)), max(positive), "residual", "1", about=5)
+
+
+def _key(phases: Mapping[str, Look]) -> str:
+    items = [tag("li", sample(look), tag("span", text(phase))) for phase, look in phases.items()]
+    return tag("ul", *items, class_="key")
+
+
+def _plate(index: int, course: _Course, phases: Mapping[str, Look], y: Axis) -> str:
+    last = course.first + len(course.steps)
+    chart = Chart(
+        f"newton-{index}", f"Convergence of {course.name}",
+        f"{course.name} {course.words}. {_phases_in_words(course.steps)}",
+        whole(course.first, last, "iteration", 5), y, WIDTH, HEIGHT, tuple(_curves(course, phases, y)),
+        under=_not_finite(course.steps), labels=False, left=LEFT, top=TOP, right=14.0,
+    )  # fmt: skip
+    caption = prose(f"`{course.name}`: {course.words}.")
+    return plate(chart, caption, _columns(course), _save(course), legend=False)
+
+
+def _phases_in_words(steps: Sequence[_Step]) -> str:
+    runs = [(phase, len(list(group))) for phase, group in groupby(s.phase for s in steps)]
+    shown = [f"{phase} ({count(n, 'iteration')})" for phase, n in runs[:12]]
+    more = ["and so on"] if len(runs) > 12 else []
+    return f"Phases: {', then '.join([*shown, *more])}."
+
+
+def _curves(course: _Course, phases: Mapping[str, Look], y: Axis) -> Iterator[Curve]:
+    """A curve for each stretch of one phase, up to the first point of the next, so that the line goes on."""
+    rows, start = course.rows, 0
+    for phase, group in groupby(step.phase for step in course.steps):
+        stop = start + len(list(group))
+        points: list[Point | None] = [None] * len(rows)
+        for i in range(start, stop + 1):
+            points[i] = _point(course.first + i, rows[i].residual, y)
+        look = replace(phases[phase], role="model", colour=course.look.colour)
+        yield Curve(phase, look, tuple(points), 1, len(SYMBOLS), every=1)
+        start = stop
+
+
+def _point(iteration: int, residual: float | None, y: Axis) -> Point | None:
+    return None if residual is None or residual <= 0 else (float(iteration), max(residual, y.low))
+
+
+def _not_finite(steps: Sequence[_Step]) -> str:
+    """A cross at the top for each residual that was not a finite number."""
+    places = [LEFT + WIDTH * i / len(steps) for i, step in enumerate(steps) if step.residual is None]
+    crosses = "".join(f"M{x - 4:.1f} {TOP - 4:.0f}l8 8m-8 0l8-8" for x in places)
+    return tag("path", class_="lost", d=crosses) if crosses else ""
+
+
+def _columns(course: _Course) -> list[PlateColumn]:
+    numbers = [(str(course.first + i),) for i in range(len(course.rows))]
+    cells = [(s.phase, _percent(s.load), _number(s.residual), _percent(s.length)) for s in course.rows]
+    return [PlateColumn("iteration", ("iteration",), numbers), PlateColumn(course.name, SYMBOLS, cells)]
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else signed(f"{value:.3g}")
+
+
+def _percent(value: float | None) -> str:
+    return "–" if value is None else signed(f"{value * 100:.4g} %")
+
+
+def _save(course: _Course) -> str:
+    rows: list[list[Cell]] = [
+        [course.first + i, s.phase, s.load, s.residual, s.length] for i, s in enumerate(course.rows)
+    ]
+    header = ["iteration", "phase", "load", "residual", "length"]
+    return csv_link(f"{course.name}-convergence", header, rows)

@@ -1,0 +1,224 @@
+"""Error against the number of unknowns, and against Poisson's ratio: one line for each family of models."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cached_property
+
+from softmark.interpreter.language.number_formatting import grouped, quantity, scale_of, signed
+from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic
+from softmark.interpreter.report.charts.curve_labels import Point
+from softmark.interpreter.report.charts.curve_styles import model_look
+from softmark.interpreter.report.charts.line_chart import Chart, Curve
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.figure_frame import PlateColumn, plate
+from softmark.interpreter.report.page.html_markup import listed, prose, section, tag
+from softmark.interpreter.report.run.model_families import by_poisson, by_size
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, value_of
+from softmark.records import dataclass
+
+LEAD = (
+    "Models of one kind with meshes of several sizes. A line that falls comes closer to what it is compared with; one "
+    "that rises came close by what it gets wrong."
+)
+LEAD_NU = "Models of one kind and size with several Poisson's ratios. What locks departs as the ratio nears 0.5."
+NOTABLE = 1.1  # an error that changes by less than this factor does not go anywhere
+WIDTH, HEIGHT = 600.0, 330.0
+Families = Mapping[str, Mapping[str, float]]
+
+
+def section_of(findings: Findings) -> str:
+    """A figure for each error and each way to vary models; empty where no family has two members."""
+    parts = []
+    for lead, families, kind in ((LEAD, by_size(findings), _Sizes), (LEAD_NU, by_poisson(findings), _Ratios)):
+        figures = [kind(findings, i, m, families).plate() for i, m in enumerate(findings.errors)]
+        if found := [figure for figure in figures if figure]:
+            parts += [tag("p", lead, class_="lead"), *found]
+    return section("refinement", "Refinement", *parts, _against_whom(findings)) if parts else ""
+
+
+def _against_whom(findings: Findings) -> str:
+    """The families that refinement brings closer to one reference and further from another, in a sentence."""
+    said: dict[tuple[str, str], list[str]] = {}
+    lines = {m: _Sizes(findings, 0, m, by_size(findings)).lines for m in findings.errors}
+    for family in dict.fromkeys(f for own in lines.values() for f in own):
+        ends = {m: (own[family][0][2], own[family][-1][2]) for m, own in lines.items() if family in own}
+        closer = list(dict.fromkeys(f"`{m.against}`" for m, (a, b) in ends.items() if b < a / NOTABLE))
+        further = list(dict.fromkeys(f"`{m.against}`" for m, (a, b) in ends.items() if b > a * NOTABLE))
+        if closer and further and not set(closer) & set(further):
+            said.setdefault((listed(closer), listed(further)), []).append(family)
+    found = [
+        f"Refined, {_these(families)} closer to {to} and further from {away}." for (to, away), families in said.items()
+    ]
+    return tag("p", prose(" ".join(found)), class_="callout warn") if found else ""
+
+
+def _these(families: list[str]) -> str:
+    """`tet4 and hex8 come`, with semicolons where a name has a comma."""
+    several = len(families) > 1
+    names = "; ".join(families) if any("," in f for f in families) else listed(families)
+    return f"{names} {'come' if several else 'comes'}"
+
+
+@dataclass(frozen=True)
+class _Varied:
+    """One error of all families; what varies is the business of the two kinds below."""
+
+    findings: Findings
+    number: int
+    metric: MetricColumn
+    families: Families
+
+    kind = ""
+    symbol = ""
+
+    def at(self, value: float) -> float:
+        """Where a value lies on the axis."""
+        return value
+
+    def said(self, value: float) -> str:
+        """A value in words."""
+        raise TypeError(f"a {type(self).__name__} has no values of its own")
+
+    @property
+    def across(self) -> Axis:
+        """The axis of what varies."""
+        raise TypeError(f"a {type(self).__name__} has no axis of its own")
+
+    @cached_property
+    def lines(self) -> dict[str, list[tuple[str, float, float]]]:
+        """Family -> (model, what varies, error) of the members with an error above zero; two of them at least."""
+        found = {}
+        for family, members in self.families.items():
+            models = self.findings.report.models
+            pairs = [(n, v, value_of(models[n], self.metric.name)) for n, v in members.items()]
+            line = [(n, v, abs(e)) for n, v, e in pairs if e]
+            if len(line) > 1:
+                found[family] = line
+        return dict(zip(_told_apart(list(found)), found.values(), strict=True))
+
+    def plate(self) -> str:
+        """The figure; empty where no family has two members with an error."""
+        if not self.lines:
+            return ""
+        errors = [e for line in self.lines.values() for _, _, e in line]
+        name = f"{self.metric.name}, against {self.metric.against}"
+        chart = Chart(
+            f"{self.kind}-{self.number}", f"{self.metric.name} by {self.symbol}", self._words(), self.across,
+            _errors(errors, name, self.metric.unit), WIDTH, HEIGHT, tuple(self._curves()), left=84.0,
+        )  # fmt: skip
+        return plate(chart, prose(self._caption()), self._columns(), self._save())
+
+    def _curves(self) -> Iterator[Curve]:
+        for i, (family, line) in enumerate(self.lines.items()):
+            points: tuple[Point | None, ...] = tuple((self.at(v), e) for _, v, e in line)
+            yield Curve(family, model_look(i), points, 1 + 3 * i, 3, every=1, named=False)
+
+    def _amount(self, error: float) -> str:
+        return quantity(error, self.metric.unit, 3, percent=True)
+
+    def _words(self) -> str:
+        """From where to where every line goes."""
+        return "; ".join(f"{f} {self._course(line)}" for f, line in self.lines.items()) + "."
+
+    def _course(self, line: list[tuple[str, float, float]]) -> str:
+        """`falls from 5.1 mm at 0.3 to 1.4 mm at 0.499, then rises to 5.2 mm at 0.4999`."""
+        inner = min(line, key=lambda point: point[2])
+        turns = inner[2] < 0.8 * min(line[0][2], line[-1][2])
+        stops = [line[0], inner, line[-1]] if turns else [line[0], line[-1]]
+        said = [f"{self._amount(e)} at {self.said(v)}" for _, v, e in stops]
+        verb = "falls" if stops[1][2] < stops[0][2] else "rises"
+        return f"{verb} from {said[0]} to {said[1]}" + (f", then rises to {said[2]}" if turns else "")
+
+    def _caption(self) -> str:
+        uncertain = self.findings.uncertainty(self.metric)
+        bound = f" The reference is known to ± {self._amount(uncertain)}." if uncertain else ""
+        return f"`{self.metric.name}` against `{self.metric.against}`: {self._words()}{self._order()}{bound}"
+
+    def _order(self) -> str:
+        """Whether the ranking at the one end is that at the other."""
+        if len(self.lines) < 2:
+            return ""
+        first, last = (min(self.lines, key=lambda f: self.lines[f][end][2]) for end in (0, -1))
+        low, high = self.ends
+        if first == last:
+            return f" {first[:1].upper()}{first[1:]} is closest {low} and {high}."
+        return f" The ranking changes: {low} {first} is closest, {high} {last}."
+
+    ends = ("", "")
+
+    def _columns(self) -> list[PlateColumn]:
+        errors = [e for line in self.lines.values() for _, _, e in line]
+        scale = scale_of(errors, self.metric.unit, True)
+        longest = max(len(line) for line in self.lines.values())
+        found = [PlateColumn("member", ("member",), [(str(i + 1),) for i in range(longest)])]
+        heads = ("model", self.symbol, scale.heading(self.metric.name))
+        for family, line in self.lines.items():
+            cells = [(n, self.said(v), signed(f"{e / scale.factor:.4g}")) for n, v, e in line]
+            found.append(PlateColumn(family, heads, cells))
+        return found
+
+    def _save(self) -> str:
+        rows: list[list[Cell]] = [[f, n, v, e] for f, line in self.lines.items() for n, v, e in line]
+        header = ["family", "model", self.symbol, f"{self.metric.name} [{self.metric.unit}]"]
+        return csv_link(f"{self.metric.name}-{self.kind}", header, rows)
+
+
+def _told_apart(families: list[str]) -> list[str]:
+    """Names of families without what all of them share: `tet4`, `hex8, selectively integrated`."""
+    parts = [family.split(", ") for family in families]
+    shared = set.intersection(*map(set, parts)) if len(parts) > 1 else set()
+    short = [", ".join(p for p in own if p not in shared) for own in parts]
+    return short if all(short) and len(set(short)) == len(short) else families
+
+
+def _errors(errors: list[float], name: str, unit: str) -> Axis:
+    """A logarithmic axis whose ticks are quantities, with 2 and 5 between decades where there are few of them."""
+    axis = logarithmic(min(errors) / 1.05, max(errors) * 1.05, name, unit)
+    decades = math.log10(axis.high / axis.low)
+    low, high = (math.floor(math.log10(v)) for v in (axis.low, axis.high))
+    between = (1, 2, 5) if decades < 3 else (1,)
+    values = [m * 10.0**k for k in range(low, high + 1) for m in between]
+    within = [v for v in values if axis.low * 0.999 <= v <= axis.high * 1.001]
+    return replace(axis, ticks=tuple((v, quantity(v, unit, 3, percent=True)) for v in within))
+
+
+class _Sizes(_Varied):
+    """Against the number of unknowns."""
+
+    kind, symbol = "refinement", "unknowns"
+    ends = ("on the coarsest meshes", "on the finest")
+
+    def said(self, value: float) -> str:
+        return grouped(int(value))
+
+    @property
+    def across(self) -> Axis:
+        values = [v for line in self.lines.values() for _, v, _ in line]
+        low, high = min(values) / 1.15, max(values) * 1.15
+        steps = [m * 10**k for k in range(12) for m in ((1, 2, 3, 5, 7) if high < 12 * low else (1, 2, 5))]
+        ticks = tuple((float(n), grouped(n)) for n in steps if low <= n <= high)
+        return Axis(low, high, "unknowns", ticks, log=True)
+
+
+class _Ratios(_Varied):
+    """Against Poisson's ratio, spread as the logarithm of 1 - 2 nu: what is left until incompressibility."""
+
+    kind, symbol = "poisson", "nu"
+    ends = ("at the least ratio", "at the largest")
+
+    def at(self, value: float) -> float:
+        return -math.log10(1.0 - 2.0 * value)
+
+    def said(self, value: float) -> str:
+        return f"{value:.6g}"
+
+    @property
+    def across(self) -> Axis:
+        values = sorted({v for line in self.lines.values() for _, v, _ in line})
+        low, high = self.at(values[0]), self.at(values[-1])
+        edge = 0.05 * (high - low) or 0.5
+        ticks = tuple((self.at(v), signed(self.said(v))) for v in values)
+        return Axis(low - edge, high + edge, "Poisson's ratio (spread as log of 1 − 2ν)", ticks)

@@ -1,0 +1,54 @@
+"""A mark beside a band: a number of a model, and the value that it is held against with how far that may be off."""
+
+from __future__ import annotations
+
+from softmark.interpreter.report.page.html_markup import tag
+from softmark.records import dataclass
+
+WIDTH, HEIGHT, EDGE = 132.0, 18.0, 7.0
+REACH = 4.0  # times the longer side of the band: what is farther away stands at the edge, as an arrow
+
+
+@dataclass(frozen=True)
+class Band:
+    """Where everybody's marks of one number lie: the value, the ends of its band, and every number beside it."""
+
+    value: float
+    ends: tuple[float, float]
+    everyone: tuple[float, ...]
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """What the drawing goes over: everybody, as far as the band is still to be seen."""
+        low, high = self.ends
+        side = max(self.value - low, high - self.value)
+        reach = REACH * side or max((abs(v - self.value) for v in self.everyone), default=0.0) or 1.0
+        near = [v for v in (*self.everyone, low, high, self.value) if abs(v - self.value) <= reach]
+        far = [self.value + reach * (1.0 if v > self.value else -1.0) for v in self.everyone if v not in near]
+        return min([*near, *far]), max([*near, *far])
+
+    def _x(self, v: float) -> float:
+        low, high = self.range
+        share = (min(max(v, low), high) - low) / ((high - low) or 1.0)
+        return EDGE + share * (WIDTH - 2.0 * EDGE)
+
+    def drawn(self, found: float, said: str) -> str:
+        """The drawing with one number marked; `said` is the same in words."""
+        (low, high), middle = self.range, HEIGHT / 2.0
+        left, right = (self._x(v) for v in self.ends)
+        parts = [
+            tag("path", class_="axis", d=f"M{EDGE} {middle}H{WIDTH - EDGE}"),
+            tag("rect", x=f"{left:.1f}", y="2", width=f"{max(right - left, 1.0):.1f}", height=f"{HEIGHT - 4.0:g}"),
+            tag("path", class_="given", d=f"M{self._x(self.value):.1f} 2V{HEIGHT - 2.0:g}"),
+            tag("path", class_="found", d=_mark(self._x(found), middle, (found > high) - (found < low))),
+        ]
+        box = f"0 0 {WIDTH:g} {HEIGHT:g}"
+        return tag("svg", *parts, class_="band", viewBox=box, width=f"{WIDTH:g}", height=f"{HEIGHT:g}", role="img",
+                   aria_label=said)  # fmt: skip
+
+
+def _mark(x: float, y: float, beyond: int) -> str:
+    """A diamond, or an arrow to where what is farther away lies."""
+    if beyond:
+        return f"M{x + 4.5 * beyond:.1f} {y:g}l{-7 * beyond} -4.5v9z"
+    return f"M{x:.1f} {y - 4.5:g}l4.5 4.5l-4.5 4.5l-4.5 -4.5z"

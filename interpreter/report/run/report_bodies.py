@@ -1,0 +1,107 @@
+"""Which models, references, metrics and shapes are about one body: a scene of several bodies is several comparisons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import field
+
+from softmark.interpreter.report.page.html_markup import listed
+from softmark.interpreter.report.run.report_summary import UNKNOWN, Findings, MetricColumn, Result
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class BodyResults:
+    """The names of results and metrics that belong together; `name` is empty where there is only one body."""
+
+    name: str
+    results: tuple[str, ...]
+    metrics: tuple[MetricColumn, ...]
+
+
+def bodies(findings: Findings) -> tuple[BodyResults, ...]:
+    """The bodies of a report in the order of its results; one without a name where they cannot be told apart.
+
+    A metric that is about no body, such as one of time, is in all of them.
+    """
+    links, everyone = _links(findings), [n for n, r in findings.everyone.items() if not _is_value(r)]
+    groups: dict[str, list[str]] = {}
+    for name in everyone:
+        groups.setdefault(links.root(f"result {name}"), []).append(name)
+    if len(groups) < 2 or len(_declared(findings)) < 2:
+        return (BodyResults("", tuple(everyone), findings.metrics),)
+    return tuple(
+        BodyResults(_name(findings, links, root), tuple(names), tuple(_of(findings, links, root)))
+        for root, names in groups.items()
+    )
+
+
+def _is_value(result: Result) -> bool:
+    """Whether it is a value that the scene gives: it has no numbers of its own, and stands beside those held to it."""
+    return "value" in getattr(result, "facts", {})
+
+
+@dataclass
+class _Links:
+    """Things that belong together, by union-find."""
+
+    parent: dict[str, str] = field(default_factory=dict)
+
+    def root(self, thing: str) -> str:
+        while (above := self.parent.setdefault(thing, thing)) != thing:
+            thing = above
+        return thing
+
+    def join(self, a: str, b: str) -> None:
+        self.parent[self.root(a)] = self.root(b)
+
+
+def _links(findings: Findings) -> _Links:
+    links = _Links()
+    for name, result in findings.everyone.items():
+        own = list(_of_result(findings, name, result))
+        for thing in own or list(_compared_with(findings, name)):
+            links.join(f"result {name}", thing)
+    for metric in findings.metrics:
+        if metric.probe is not None:
+            links.join(f"metric {metric.name}", f"probe {metric.probe}")
+    for probe in {m.probe for m in findings.metrics} | set(findings.probes):
+        if (body := _body_of(findings, probe or "")) is not None:
+            links.join(f"probe {probe}", f"body {body}")
+    return links
+
+
+def _of_result(findings: Findings, name: str, result: Result) -> Iterator[str]:
+    """What a result says about its body: its probes, its declaration, its metrics."""
+    yield from (f"probe {probe}" for probe in result.probes)
+    if (body := _body_of(findings, name)) is not None:
+        yield f"body {body}"
+    about = {m.name for m in findings.metrics if m.probe is not None}
+    yield from (f"metric {metric}" for metric in result.metrics if metric in about)
+
+
+def _compared_with(findings: Findings, name: str) -> Iterator[str]:
+    """For measured data that say nothing themselves: the metrics and models that are measured from them."""
+    yield from (f"metric {m.name}" for m in findings.metrics if m.against == name and m.probe is not None)
+    for other, result in findings.everyone.items():
+        if result.shape is not None and result.shape.measured_from == name:
+            yield f"result {other}"
+
+
+def _declared(findings: Findings) -> list[str]:
+    return findings.report.names.of_kind("body")
+
+
+def _body_of(findings: Findings, name: str) -> str | None:
+    """The body that a name is declared for."""
+    return findings.declared.get(name, UNKNOWN).body
+
+
+def _name(findings: Findings, links: _Links, root: str) -> str:
+    """`beam`; several names where bodies share what they are compared with."""
+    found = [name for name in _declared(findings) if links.root(f"body {name}") == root]
+    return listed(found) or "the rest"
+
+
+def _of(findings: Findings, links: _Links, root: str) -> Iterable[MetricColumn]:
+    return (m for m in findings.metrics if m.probe is None or links.root(f"metric {m.name}") == root)

@@ -1,0 +1,46 @@
+"""The top of the page: title, conclusion, how the run ended, when and where."""
+
+from __future__ import annotations
+
+from softmark.interpreter.report.page.html_document import moment
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run import reused_results
+from softmark.interpreter.report.run.report_summary import Findings
+
+SIGNS = {"good": "✓", "bad": "✗", "warn": "…"}
+
+
+def header(findings: Findings) -> str:
+    """The page's header."""
+    mood, words = findings.status
+    sign = tag("span", SIGNS[mood], class_="sign", aria_hidden="true")
+    status = tag("p", sign, " ", prose(words + "."), class_=f"callout {mood}")
+    above = tag("p", "softmark report", class_="eyebrow")
+    conclusion = tag("p", prose(findings.conclusion), class_="conclusion")
+    where = tag("p", _where(findings), class_="where")
+    return tag(
+        "header",
+        above,
+        tag("h1", text(title(findings))),
+        conclusion,
+        status,
+        where,
+        reused_results.note(findings.report),
+    )
+
+
+def title(findings: Findings) -> str:
+    """The scene's title, or the name of its file."""
+    scene = findings.report.scene
+    return str(scene.get("title") or scene.get("file") or "Untitled scene")
+
+
+def _where(findings: Findings) -> str:
+    """`21 November 2026, 08:33 UTC · silicone-beam.scene · AMD EPYC, 2 threads`."""
+    env, scene = findings.report.environment, findings.report.scene
+    threads = env.get("threads")
+    machine = [str(env["cpu"])] if env.get("cpu") else []
+    machine += [f"{threads} thread" + ("" if threads == 1 else "s")] if threads else []
+    file = str(scene.get("file", "")).replace("\\", "/").rpartition("/")[2]
+    pieces = [moment(str(env.get("started", ""))), text(file), text(", ".join(machine))]
+    return " · ".join(tag("span", piece) for piece in pieces if piece)

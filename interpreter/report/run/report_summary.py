@@ -1,0 +1,258 @@
+"""What the results come to: which metrics are errors, who is closest to what, and the sentence at the top."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.page.html_markup import count, listed
+from softmark.interpreter.results.declarations import Named
+from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult, Report
+from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, percent
+from softmark.records import dataclass
+
+Result = ModelResult | ReferenceResult
+UNKNOWN = Named("")
+
+
+@dataclass(frozen=True)
+class MetricColumn:
+    """A column of the table. `against` is the reference an error is measured from, None for a measurement."""
+
+    name: str
+    unit: str
+    probe: str | None = None
+    against: str | None = None
+    summary: str = ""
+    line: int | None = None
+    model: str | None = None  # that it is a difference from, where that is no reference
+    part: str = ""  # `the quarter of layer that is modelled`, where it is that of a part
+    clock: bool = False  # a share of the time that there is: the verdict matters, not the number
+
+    @property
+    def is_error(self) -> bool:
+        """Whether less is better."""
+        return self.against is not None
+
+    @property
+    def percent(self) -> bool:
+        """Whether plain numbers of this metric are read as percentages."""
+        return self.is_error or self.clock or self.model is not None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """A report, and what follows from it."""
+
+    report: Report
+
+    @property
+    def declared(self) -> Mapping[str, Named]:
+        """What the scene's own text declares, by name."""
+        return self.report.names.declared
+
+    @cached_property
+    def lines(self) -> range:
+        """Numbers of the lines of the scene's text."""
+        return range(1, len(str(self.report.scene.get("text", "")).splitlines()) + 1)
+
+    def line(self, name: str) -> int | None:
+        """Where a name is declared, if that text is known."""
+        line = self.declared.get(name, UNKNOWN).line
+        return line if line in self.lines else None
+
+    @cached_property
+    def everyone(self) -> dict[str, Result]:
+        """Models and then references."""
+        return {**self.report.models, **self.report.references}
+
+    @cached_property
+    def moved(self) -> float:
+        """The largest displacement of any probe and the largest metric that is a length, m: the scale of rounding."""
+        found = [0.0]
+        for result in self.everyone.values():
+            found += [abs(m.value) for m in result.metrics.values() if m.unit == "m" and m.value is not None]
+            for probe in result.probes.values():
+                u = probe.displacement[np.isfinite(probe.displacement)]
+                found.append(float(np.abs(u).max(initial=0.0)))
+        return max(found)
+
+    @cached_property
+    def metrics(self) -> tuple[MetricColumn, ...]:
+        """The metrics that somebody has, in the order of the scene's text."""
+        found = {name: m.unit for r in self.everyone.values() for name, m in r.metrics.items()}
+        order = {name: i for i, name in enumerate(self.declared)}
+        names = sorted(found, key=lambda name: order.get(name, len(order)))
+        return tuple(self._metric(name, found[name]) for name in names)
+
+    def _metric(self, name: str, unit: str) -> MetricColumn:
+        clock = any("verdict" in r.metrics[name].details for r in self.everyone.values() if name in r.metrics)
+        known = self.declared.get(name, UNKNOWN)
+        against, line = known.against, self.line(name)
+        measured = against if against in self.report.references else None
+        computed = against if against in self.report.models else None
+        return MetricColumn(
+            name, unit, known.probe, measured, known.summary, line, computed, known.part, clock
+        )  # fmt: skip
+
+    @cached_property
+    def errors(self) -> tuple[MetricColumn, ...]:
+        """The metrics that measure an error against a reference."""
+        return tuple(m for m in self.metrics if m.is_error)
+
+    @cached_property
+    def telling(self) -> tuple[MetricColumn, ...]:
+        """Error metrics, the most telling first: what the scene's own expectations ask of its models, in their order.
+
+        Whoever wrote an expectation says by it what the scene is for; without any it is the order of the text.
+        """
+        order = {name: i for i, name in enumerate(self.report.names.expected)}
+        return tuple(sorted(self.errors, key=lambda m: order.get(m.name, len(order))))
+
+    def best(self, metric: MetricColumn) -> tuple[str, ...]:
+        """The models with the least value of an error metric, and those that the uncertainty leaves undecided."""
+        values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
+        least = min(values.values(), default=0.0)
+        within = least + self.uncertainty(metric)
+        return tuple(n for n, v in values.items() if v <= within) if metric.is_error else ()
+
+    def uncertainty(self, metric: MetricColumn) -> float:
+        """How large differences of a metric have to be to mean something, in its unit; 0 where nothing is known."""
+        found = (m.metrics.get(metric.name) for m in self.report.models.values())
+        return max((m.uncertainty for m in found if m is not None and m.uncertainty), default=0.0)
+
+    def tied(self, metric: MetricColumn) -> bool:
+        """Whether several models are best because the uncertainty cannot tell them apart."""
+        values = {value_of(self.report.models[n], metric.name) for n in self.best(metric)}
+        return len(values) > 1
+
+    @cached_property
+    def probes(self) -> dict[str, dict[str, ProbeResult]]:
+        """Probe -> who has it -> what was seen; the order is that in which probes appear."""
+        found: dict[str, dict[str, ProbeResult]] = {}
+        for name, result in self.everyone.items():
+            for probe, seen in result.probes.items():
+                found.setdefault(probe, {})[name] = seen
+        return found
+
+    @cached_property
+    def unsolved(self) -> dict[str, Result]:
+        """Models and references that were tried and gave no solution."""
+        return {n: r for n, r in self.everyone.items() if r.status not in (*ANSWERED, *LEFT_OUT)}
+
+    # -------------------------------------------------------------- sentences
+
+    @property
+    def of_last(self) -> str:
+        """` in the last state, 18.25 %`: what numbers are of that stand alone; nothing of a scene in one situation."""
+        last = next((r.states[-1] for r in self.everyone.values() if r.states), None)
+        return "" if last is None else f" in the last state, {percent(last)}"
+
+    @property
+    def conclusion(self) -> str:
+        """One sentence: how many, who is closest to the first reference, and what became of expectations."""
+        parts = [self._crowd(), *self._fates(), *self._first_closest(), self._expected()]
+        return "; ".join(part for part in parts if part) + "."
+
+    def _crowd(self) -> str:
+        references = count(len(self.report.references), "reference")
+        if not self.report.models:
+            return "No model was run" + (f", beside {references}" if self.report.references else "")
+        states = max(len(m.states) for m in self.report.models.values())
+        models = count(len(self.report.models), "model") + (f" in {count(states, 'state')}" if states else "")
+        models += " so far" if self.report.partial else ""
+        return models + (f" against {references}" if self.report.references else ", no reference")
+
+    def _fates(self) -> Iterator[str]:
+        """`2 of 4 models gave no solution (`a`, `b`)`, and the same for references."""
+        for results, noun in ((self.report.models, "model"), (self.report.references, "reference")):
+            lost = [f"`{n}`" for n in results if n in self.unsolved]
+            if lost:
+                shown = [*lost[:3], f"{len(lost) - 3} more"] if len(lost) > 4 else lost
+                whole = count(len(results), noun)
+                yield f"{len(lost)} of {whole} gave no solution ({listed(shown)})"
+
+    def _first_closest(self) -> Iterator[str]:
+        """Who is closest to the first reference, and to the first that was measured."""
+        where = f"{self.of_last.strip()}, " if self.of_last else ""
+        said = [where + words for words in self.closest()]
+        known = list(dict.fromkeys(str(m.against) for m in self.telling if self.best(m)))
+        measured = (i for i, n in enumerate(known) if self.report.references[n].kind == "measurement")
+        chosen = dict.fromkeys([0, next(measured, 0)])
+        yield from (said[i] for i in chosen if i < len(said))
+
+    def closest(self, probe: str | None = None) -> list[str]:
+        """By reference, from its most telling metric: `the closest to theory is rod: 5.9 % (eta), the farthest ...`.
+
+        With `probe` only the metrics that look there count.
+        """
+        said: dict[str, str] = {}
+        for metric in self.telling:
+            if probe is not None and metric.probe != probe:
+                continue
+            if metric.against in said or not (best := self.best(metric)):
+                continue
+            amount = self._amount(metric, best)
+            who = ("is " if len(best) == 1 else "are ") + listed([f"`{n}`" for n in best])
+            last = self._farthest(metric, best)
+            said[str(metric.against)] = f"the closest to `{metric.against}` {who}: {amount} (`{metric.name}`){last}"
+        return list(said.values())
+
+    def _farthest(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
+        """`, the farthest is linear_tet: 47 %`: the least error alone tells how good the best is, and nothing else."""
+        values = {n: v for n, m in self.report.models.items() if (v := value_of(m, metric.name)) is not None}
+        worst = max(values, key=lambda n: values[n])
+        if worst in best:
+            return ""
+        return f", the farthest is `{worst}`: {quantity(values[worst], metric.unit, digits=2, percent=True)}"
+
+    def _amount(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
+        """The least error, or the bound under which nothing tells several models apart."""
+        if self.tied(metric):
+            return f"no difference above ± {quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
+        value = value_of(self.report.models[best[0]], metric.name)
+        return quantity(value or 0.0, metric.unit, digits=2, percent=True)
+
+    def _expected(self) -> str:
+        judged = self.report.expectations
+        if not judged:
+            return "expectations are not judged yet" if self.report.partial else "nothing was expected"
+        met, open_ = sum(e.passed is True for e in judged), sum(e.passed is None for e in judged)
+        rest = f", {open_} not judged" if open_ else ""
+        return f"{met} of {count(len(judged), 'expectation')} met{rest}"
+
+    @property
+    def status(self) -> tuple[str, str]:
+        """good, warn or bad, and a line of words: how the run ended."""
+        if self.report.partial:
+            return "warn", "Unfinished: the run goes on, or it was interrupted"
+        if self.unsolved:
+            return "bad", f"Finished, without a solution for {listed([f'`{n}`' for n in self.unsolved])}"
+        missed = sum(e.passed is False for e in self.report.expectations)
+        if missed:
+            return "bad", f"Finished, {count(missed, 'expectation')} not met"
+        if not self.report.models:
+            return "warn", "Finished, nothing was solved"
+        if inverted := [f"`{n}`" for n, m in self.report.models.items() if m.inverted]:
+            return "bad", f"Finished, with cells inside out in {listed(inverted)}: no solid can be so"
+        ran = "everything that was run" if any(r.status in LEFT_OUT for r in self.everyone.values()) else "everything"
+        return "good", f"Finished, {ran} converged" + (", every expectation met" if self._all_met else "")
+
+    @property
+    def _all_met(self) -> bool:
+        return bool(self.report.expectations) and all(e.passed for e in self.report.expectations)
+
+
+def value_of(result: Result, metric: str) -> float | None:
+    """The value of a metric, None where there is none."""
+    found = result.metrics.get(metric)
+    return None if found is None or found.value is None else float(found.value)
+
+
+def worth(reference: ReferenceResult) -> str:
+    """What kind of truth a reference is: `consensus of 3 codes`."""
+    codes = reference.facts.get("codes")
+    return f"{reference.kind} of {codes} codes" if codes else reference.about

@@ -1,0 +1,344 @@
+"""The report as a table in the terminal."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+from softmark.grammar.diagnostic import all_visible
+from softmark.interpreter.language import units
+from softmark.interpreter.language.number_formatting import as_asked, negligible
+from softmark.interpreter.report.run import reused_results
+from softmark.interpreter.report.run.figures import state_charts
+from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, value_of
+from softmark.interpreter.report.run.tables import (
+    contact_table,
+    error_statement_table,
+    reaction_table,
+    reference_agreement,
+)
+from softmark.interpreter.report.run.tables.results_table import ordered, stated_of
+from softmark.interpreter.results.run_report import (
+    ExpectationResult,
+    MetricResult,
+    ModelResult,
+    ReferenceResult,
+    Report,
+)
+from softmark.records import dataclass
+
+MENTIONED = 0.02  # of a limit: what a reference leaves open is said from there on
+LEAST_ERROR = 1e-9  # m, of a reference that says its own
+SEVERAL = 5  # names that a line lists
+
+STATUS = {
+    "converged": "ok",
+    "capped": "capped",
+    "read": "read",
+    "not_converged": "did not converge",
+    "diverged": "diverged",
+    "failed": "failed",
+    "skipped": "skipped",
+    "unsupported": "unsupported",
+}
+INVERTED = "cells inside out"
+
+
+WIDE = 110  # characters of a line where nobody says how wide the window is
+
+
+def table(report: Report, terminal: bool, width: int | None = None) -> str:
+    """Title, a row per model and reference, expectations, and what went wrong.
+
+    Each body has a table of its own; one that is wider than `width` goes on below itself.
+    """
+    report = _shown(report)
+    paint = _Paint(terminal and not os.environ.get("NO_COLOR"))
+    room = width or (max(80, shutil.get_terminal_size((WIDE, 24)).columns) if terminal else WIDE)
+    findings = Findings(report)
+    parts = [paint.bold(str(report.scene["title"])), ""]
+    for number, body in enumerate(bodies(findings)):
+        parts += [""] if number else []
+        parts += [paint.bold(body.name)] if body.name else []
+        parts.append(_Rows(findings, body, paint).text(room))
+    if told := list(state_charts.lines(findings)):
+        parts += ["", *told]
+    notes = [*_of_parts(findings), *_uncertain(report), *_doubted(report)]
+    notes += [*_reasons(report), *_said(report), *_read(report)]
+    notes += [
+        *reference_agreement.lines(findings),
+        *error_statement_table.lines(report),
+        *reaction_table.lines(report),
+        *contact_table.lines(report),
+    ]
+    notes += [said] if (said := reused_results.sentence(report)) else []
+    if notes:
+        parts += ["", *notes]
+    if report.expectations:
+        parts += ["", *(_expectation(e, paint) + _known(report, e) for e in report.expectations)]
+    return "\n".join(parts)
+
+
+def _shown(report: Report) -> Report:
+    """The report with all texts that scenes and files brought as a terminal can show them; the scene's text stays."""
+    scene = {n: v if n == "text" else all_visible(v) for n, v in report.scene.items()}
+    models, references = ({n: _plain(r) for n, r in known.items()} for known in (report.models, report.references))
+    judged = tuple(replace(e, text=all_visible(e.text), reason=all_visible(e.reason)) for e in report.expectations)
+    return replace(report, scene=scene, models=models, references=references, expectations=judged)
+
+
+def _plain(result: Any) -> Any:
+    metrics = {n: replace(m, reason=all_visible(m.reason)) for n, m in result.metrics.items()}
+    shown = replace(result, message=all_visible(result.message), metrics=metrics)
+    if not isinstance(shown, ModelResult):
+        return shown
+    return replace(shown, stated={n: replace(s, reason=all_visible(s.reason)) for n, s in shown.stated.items()})
+
+
+class _Paint:
+    def __init__(self, on: bool) -> None:
+        self.on = on
+
+    def _wrap(self, text: str, code: str) -> str:
+        return f"\x1b[{code}m{text}\x1b[0m" if self.on else text
+
+    def bold(self, text: str) -> str:
+        return self._wrap(text, "1")
+
+    def good(self, text: str) -> str:
+        return self._wrap(text, "32")
+
+    def bad(self, text: str) -> str:
+        return self._wrap(text, "31")
+
+
+REFERENCE = "reference: "  # and its kind
+EFFORT = ("unknowns", "newton", "time", "")
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """The table of one body."""
+
+    findings: Findings
+    body: BodyResults
+    paint: _Paint
+
+    @property
+    def metrics(self) -> list[MetricColumn]:
+        """Columns: errors by reference, measurements, times, as on the page."""
+        return ordered(self.body.metrics)
+
+    @cached_property
+    def _largest(self) -> dict[str, float]:
+        """Of each metric, in size."""
+        everyone = [self.findings.everyone[n] for n in self.body.results]
+        values = {m.name: [value_of(r, m.name) for r in everyone] for m in self.metrics}
+        return {n: max((abs(v) for v in known if v is not None), default=0.0) for n, known in values.items()}
+
+    def text(self, room: int) -> str:
+        """The lines; columns that do not fit stand below, with the names again."""
+        head = ["", *(m.name for m in self.metrics), *EFFORT]
+        rows = [self._row(n, self.findings.everyone[n]) for n in self.body.results]
+        widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+        blocks = _blocks(widths, room, len(EFFORT))
+        return "\n\n".join(self._block(head, rows, widths, block) for block in blocks)
+
+    def _block(
+        self, head: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[int], chosen: Sequence[int]
+    ) -> str:
+        own = [widths[i] for i in chosen]
+        last = chosen[-1] == len(widths) - 1  # how it ended has no heading, and is not set to the right
+        lines = [_line([head[i] for i in chosen], own, last), "  ".join("-" * w for w in own).rstrip()]
+        for row in rows:
+            line = _line([row[i] for i in chosen], own, last)
+            lines.append(line if row[-1] == "ok" or row[-1].startswith(REFERENCE) else self.paint.bad(line))
+        return "\n".join(lines)
+
+    def _row(self, name: str, result: Result) -> list[str]:
+        values = [self._value(result, m) for m in self.metrics]
+        if isinstance(result, ModelResult):
+            return [name, *values, *_effort(result)]
+        end = REFERENCE + result.kind + _left_open(result) if result.status == "converged" else result.status
+        return [f"({name})", *values, "", "", "", end]
+
+    def _value(self, result: Result, metric: MetricColumn) -> str:
+        found = result.metrics.get(metric.name)
+        if found is None:
+            return ""
+        if found.value is None:
+            return "-"
+        if metric.clock and "verdict" in found.details:
+            return _verdict(found)
+        if negligible(found.value, self._largest[metric.name], metric.unit, self.findings.moved):
+            return "0"
+        off = stated_of(result, metric)
+        error = "" if off is None else f" {error_statement_table.beside(off, found)}"
+        marks = ("" if found.meaningful else " †") + (" ‡" if found.doubt else "")
+        return _amount(found.value, found.unit) + error + marks
+
+
+def _left_open(reference: ReferenceResult) -> str:
+    """`, ± 23 µm`: what a reference says of its own error, above what nobody needs to know."""
+    error, facts = reference.estimated_error, reference.facts
+    if error is not None:
+        displaced = reference.probes or reference.shape is not None  # of one of forces alone it tells nothing
+        return f", ± {_off(error, 'm')}" if displaced and error >= LEAST_ERROR else ""
+    known = facts.get("uncertainty") if "unit" in facts else None  # of a curve: of the value that is known the least
+    return f", ± {_off(known, facts['unit'])} at most" if known else ""
+
+
+def _off(value: float, unit: str) -> str:
+    """How far off something may be: `23 µm`, at two digits."""
+    return error_statement_table.amount(value, unit).replace("\N{NO-BREAK SPACE}", " ")
+
+
+def _blocks(widths: Sequence[int], room: int, effort: int) -> list[list[int]]:
+    """Places of columns, line by line: the name in front of each; what it took stays together."""
+    last = list(range(len(widths) - effort, len(widths)))
+    blocks: list[list[int]] = [[0]]
+    for group in [*([i] for i in range(1, last[0])), last]:
+        wide = sum(widths[i] + 2 for i in (*blocks[-1], *group)) - 2
+        if wide > room and len(blocks[-1]) > 1:
+            blocks.append([0])
+        blocks[-1] += group
+    return blocks
+
+
+def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
+    shown = [f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)]
+    shown[0] = f"{cells[0]:<{widths[0]}}"
+    if ends:
+        shown[-1] = cells[-1]
+    return "  ".join(shown).rstrip()
+
+
+def _effort(m: ModelResult) -> list[str]:
+    timing = m.time.get("solve_s")
+    clock = units.show(timing.median, units.TIME) if timing and m.status == "converged" else "-"
+    most = "<= " if timing and timing.most and clock != "-" else ""
+    iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
+    return [unknowns, iterations, most + _short(clock), INVERTED if m.inverted else STATUS[m.status]]
+
+
+def _short(clock: str) -> str:
+    number, _, unit = clock.partition(" ")
+    return f"{float(number):.3g} {unit}" if unit else clock
+
+
+def _verdict(found: MetricResult) -> str:
+    """`yes, 46 % left`, `NO, 3.8 x`; where the step is longer than a frame, no time would be short enough."""
+    margin = float(found.details.get("margin", 0.0))
+    if found.details["verdict"]:
+        return f"yes, {100 * margin:.0f} % left"
+    return f"NO, {1 - margin:.3g} x" if margin < 0 else "NO, step too long"
+
+
+def _amount(value: float, unit_text: str) -> str:
+    dimension = units.parse(unit_text).dimension
+    if dimension == units.NONE:
+        return f"{100 * value:.3g} %"
+    number, _, unit = units.show(value, dimension).partition(" ")
+    return as_asked(f"{float(number):.6g} {unit}", unit_text)
+
+
+def _of_parts(findings: Findings) -> list[str]:
+    """`push, held are of the quarter of layer that is modelled`: of models and, where they say it, of theories."""
+    same: dict[str, list[str]] = {}
+    for metric in findings.metrics:
+        if metric.part:
+            same.setdefault(metric.part, []).append(metric.name)
+    return [f"{', '.join(names)}: of {part.replace('`', '')}{_theirs(findings, names)}" for part, names in same.items()]
+
+
+def _theirs(findings: Findings, metrics: Sequence[str]) -> str:
+    """Which references have numbers of the same part."""
+    known = [n for n, r in findings.report.references.items() if any(value_of(r, m) is not None for m in metrics)]
+    return f"; of {', '.join(known)} as well" if known else ""
+
+
+def _uncertain(report: Report) -> list[str]:
+    """The footnote of values that are no larger than the uncertainty of what they are measured from."""
+    found = {
+        name: _amount(metric.uncertainty, metric.unit)
+        for part in report.outcomes
+        for name, metric in part.metrics.items()
+        if metric.uncertainty is not None and not metric.meaningful
+    }
+    each = ", ".join(f"± {amount} for {name}" for name, amount in found.items())
+    return [f"† within the uncertainty of the reference ({each})"] if found else []
+
+
+def _doubted(report: Report) -> list[str]:
+    """The footnote of values of, and measured from, what may be no truth here."""
+    found: dict[str, dict[str, None]] = {}
+    for part in report.outcomes:
+        for name, metric in part.metrics.items():
+            if metric.doubt is not None and metric.value is not None:
+                found.setdefault(metric.doubt, {})[name] = None
+    return [f"‡ {', '.join(names)}: by a theory that is not exact here, for {why}"
+            for why, names in found.items()]  # fmt: skip
+
+
+def _reasons(report: Report) -> list[str]:
+    """What went wrong, each thing once: who has no solution, and which metrics of whom have no value."""
+    lines = [f"{m.name}: {m.message}" for m in report.outcomes if m.message]
+    same: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
+    for part in report.outcomes:
+        for name, metric in part.metrics.items():
+            if metric.value is None and not part.message:
+                metrics, owners = same.setdefault(metric.reason or "no value", ({}, {}))
+                metrics[name] = owners[part.name] = None
+    for reason, (metrics, owners) in same.items():
+        who = ", ".join(owners) if len(owners) <= SEVERAL else f"{len(owners)} models and references"
+        lines.append(f"no {', '.join(metrics)} for {who}: {reason}")
+    return lines
+
+
+def _read(report: Report) -> list[str]:
+    """What reading found in measurements, as units below a header or rows that are left out."""
+    known = report.references.items()
+    measured = [(n, r.facts.get("notes") or ()) for n, r in known if "uncertainty" in r.facts]
+    return [all_visible(f"{name}: {note}") for name, notes in measured for note in notes]
+
+
+def _said(report: Report) -> list[str]:
+    """What references say of themselves."""
+    return [f"{name}: {said}" for name, r in report.references.items() if (said := r.facts.get("said"))]
+
+
+def _known(report: Report, e: ExpectationResult) -> str:
+    """What the reference of a metric leaves open, where that is not little beside a limit, or may turn the verdict."""
+    if e.passed is None or e.value is None:
+        return ""
+    compared = (e.value, *e.limits)
+    known = [m for name, metric in e.about for m in _each(report, name, metric) if m.value in compared]
+    open_ = max((m.uncertainty or 0.0 for m in known), default=0.0)
+    if not open_:
+        return ""
+    said = f"; the reference is known to \u00b1 {_off(open_, e.unit)}"
+    if any(abs(e.value - limit) <= open_ for limit in e.limits):
+        return f"{said}, which may turn this"
+    return said if any(open_ > MENTIONED * abs(limit) for limit in e.limits) else ""
+
+
+def _each(report: Report, name: str, metric: str) -> Iterator[MetricResult]:
+    """A metric of a model or reference as it is in every state."""
+    owner = report.models.get(name) or report.references.get(name)
+    everywhere = [] if owner is None else [owner, *owner.each]
+    yield from (own.metrics[metric] for own in everywhere if metric in own.metrics)
+
+
+def _expectation(e: ExpectationResult, paint: _Paint) -> str:
+    if e.passed is None:
+        return f"  not judged  line {e.line}: {e.text} ({e.reason})"
+    if e.passed:
+        return paint.good(f"  met         line {e.line}: {e.text}")
+    where = f"; {e.reason}" if e.states else ""
+    found = "" if e.value is None else f"  (found {_amount(e.value, e.unit)}{where})"
+    return paint.bad(f"  NOT MET     line {e.line}: {e.text}{found}")

@@ -1,0 +1,30 @@
+"""What of a report was taken over from earlier runs, with their dates: its times are of those runs."""
+
+from __future__ import annotations
+
+from softmark.interpreter.report.page.html_document import in_words
+from softmark.interpreter.report.page.html_markup import prose, tag
+from softmark.interpreter.results.run_report import Report
+
+SEVERAL = 8  # names of one run that are listed
+
+
+def sentence(report: Report, quote: str = "") -> str:
+    """`kept from the run of 23 November 2026, 17:54 UTC, with its times: rod, theory; ...`, or nothing."""
+    by_date: dict[str, list[str]] = {}
+    for result in report.outcomes:
+        if result.kept:
+            by_date.setdefault(in_words(result.kept), []).append(f"{quote}{result.name}{quote}")
+    each = [f"from the run of {date}, with its times: {_listed(names)}" for date, names in by_date.items()]
+    return f"kept {'; '.join(each)} (`--fresh` computes everything)" if each else ""
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - SEVERAL
+    return ", ".join(names) if more <= 0 else f"{', '.join(names[:SEVERAL])} and {more} more"
+
+
+def note(report: Report) -> str:
+    """The same at the top of the page."""
+    said = sentence(report, "`")
+    return tag("p", prose(f"{said[:1].upper()}{said[1:]}."), class_="kept where") if said else ""

@@ -1,0 +1,91 @@
+"""What contacts come to: a line for each contact and each model, and one in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.number_formatting import rounded
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, pressing, row_head, table_section
+from softmark.interpreter.results.reaction_results import Touched
+from softmark.interpreter.results.run_report import Report
+from softmark.interpreter.results.state_results import SOLVED
+
+LEAD = (
+    "What every contact does to the body that deforms{}, the area that is pressed, the largest pressure there, and the "
+    "least gap of its nodes, and of points inside facets where these keep clear as well. Area and pressure are those "
+    "of the body as it is deformed."
+)
+ENDED = " at the end of the motion"
+HEAD = ("Contact", "Model", "Force", "Area", "Largest pressure", "Gap", "Note")
+NOTHING = "\N{EN DASH}"
+ROUNDING = 1e-8  # of the largest component
+DIGITS = 4  # of an area, and of what a line of the terminal says
+MISSED = 0.005  # of what a contact selects: less is not worth a word
+
+
+def section_of(findings: Findings) -> str:
+    """A table of all contacts; empty where no model has any."""
+    models = findings.report.models
+    known = by_thing({n: m.contacts for n, m in models.items() if m.status in SOLVED})
+    rows = [_row(contact, name, own) for contact, each in known.items() for name, own in each.items()]
+    moving = any("momentum" in model.solve for model in models.values())
+    return table_section("Contacts", LEAD.format(findings.of_last or (ENDED if moving else "")), HEAD, rows)
+
+
+def _row(contact: str, model: str, own: Touched) -> str:
+    touch = own.touch
+    said = []
+    if touch.left:
+        said.append(f"a gap of {units.show(rounded(touch.left, 2), units.LENGTH)} is left where it presses")
+    if own.overlap:
+        said.append(f"facets cut in by up to {units.show(rounded(own.overlap, 2), units.LENGTH)} between their nodes")
+    if own.taken is not None and abs(1.0 - own.taken) > MISSED:
+        said.append(f"its facets are {100.0 * own.taken:.4g} % of what it selects")
+    if own.beyond is not None:
+        said.append(f"too few cells touch: the force is {rounded(own.beyond, 2):g} times area and largest pressure")
+    cells = (
+        newtons(own.reaction.force, ROUNDING) if touch.area else "none",
+        _area(touch.area),
+        units.show(rounded(touch.pressure, DIGITS), units.PRESSURE),
+        NOTHING if touch.gap is None else units.show(rounded(touch.gap, DIGITS), units.LENGTH),
+    )
+    return tag("tr", *(row_head(contact), tag("td", tag("code", text(model)))), *(tag("td", text(c)) for c in cells),
+               tag("td", prose("; ".join(said) or NOTHING)))  # fmt: skip
+
+
+def _area(area: float) -> str:
+    """To four digits."""
+    return units.show(rounded(area, DIGITS), units.AREA)
+
+
+def lines(report: Report) -> Iterator[str]:
+    """`touch presses with 14.1 mN on 8.82 mm^2, 2.75 kPa at most, in hexes`, or how far it is from touching."""
+    for contact, each in by_thing({n: m.contacts for n, m in report.models.items() if m.status == "converged"}).items():
+        for model, own in each.items():
+            if not own.touch.pressure:
+                gap = own.touch.gap
+                left = "" if gap is None else f": {units.show(rounded(gap, DIGITS), units.LENGTH)} are left"
+                yield f"{contact} does not touch in {model}{left}"
+                continue
+            force = pressing(own.reaction.force, DIGITS, ROUNDING)
+            if own.beyond is not None:
+                yield f"{contact} presses with {force} in {model}, on too few cells for an area or a pressure"
+                continue
+            most = units.show(rounded(own.touch.pressure, DIGITS), units.PRESSURE)
+            yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"
+    yield from _travels(report)
+
+
+def _travels(report: Report) -> Iterator[str]:
+    """`ball goes 1.39 mm along -z in hexes`, of rigid bodies that loads press at rest."""
+    for name, model in report.models.items():
+        for body, own in (model.solve.get("rigid") or {}).items():
+            way = own.get("travel_m")
+            if model.status != "converged" or way is None or not any(way):
+                continue
+            along = max(range(3), key=lambda i: abs(way[i]))
+            far = units.show(rounded(abs(way[along]), DIGITS), units.LENGTH)
+            yield f"{body} goes {far} along {'-' if way[along] < 0.0 else '+'}{'xyz'[along]} in {name}"

@@ -1,0 +1,94 @@
+"""What models say of their own answers: the errors that they state, and that their forces were found again."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.results.run_report import MetricResult, ModelResult, Report
+
+SEVERAL = 5  # names that a line lists
+
+
+def words(model: ModelResult) -> str | None:
+    """`states an error of at most 3 %`, of its first metric; None where it was not asked and nothing is free."""
+    if not model.stated or unasked(model):
+        return None
+    first = next((n for n in model.metrics if n in model.stated), next(iter(model.stated)))
+    said = model.stated[first]
+    doubts = f" (and doubts it: {', '.join(said.doubts)})" if said.doubts else ""
+    if said.value is None:
+        return f"states no error of `{first}`: {said.reason or 'no reason was given'}{doubts}"
+    value = amount(said.value, said.unit or "1")
+    return f"states an error of at most {value} in `{first}`{doubts}"
+
+
+def amount(value: float, unit: str = "1") -> str:
+    """An error, at two digits."""
+    shown: str = quantity(max(value, 1e-12), unit, 2, percent=True)
+    return shown
+
+
+def unasked(model: ModelResult) -> bool:
+    """Whether it states nothing because nobody asked it to."""
+    each = model.stated.values()
+    return all(s.value is None and NOT_ASKED in (s.reason or "") for s in each)
+
+
+NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
+
+
+def beside(value: float, found: MetricResult) -> str:
+    """`± 0.05`: how far the number of a metric may be off, in the unit that it is shown in."""
+    dimension = units.parse(found.unit).dimension
+    if dimension == units.NONE:
+        return f"± {_two(100.0 * value)}"
+    unit = units.show(float(f"{found.value or 0.0:.6g}"), dimension).partition(" ")[2]
+    shown = value / units.parse(unit).factor if unit else 0.0
+    return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit)}"
+
+
+LEAST, MOST = 1e-3, 1e3  # of a number that stands without a unit of its own behind a value
+
+
+def _two(value: float) -> str:
+    """At two digits, without powers of ten where people use none."""
+    shown = f"{value:.2g}"
+    return f"{float(shown):.0f}" if 1.0 <= value < 1e6 and float(shown) == round(float(shown)) else shown
+
+
+def checked(report: Report) -> str | None:
+    """One quiet line about the forces that were found again; None where there were none."""
+    solved = (own for m in report.models.values() for own in m.each or (m,))
+    checks = (own.solve.get("checks") or {} for own in solved)
+    found = [c["residual"] for c in checks if c.get("residual") is not None]
+    if not found:
+        return None
+    return (
+        f"Forces of {len(found)} solution{'s' if len(found) > 1 else ''} were found again by other formulas than those "
+        f"that solved: at most {max(found):.0e} of the loads is left over."
+    )
+
+
+def silent(report: Report) -> str | None:
+    """`no error is stated for a, b: ...`: who was not asked; None where everyone was, or has nothing to say."""
+    names = [f"`{n}`" for n, m in report.models.items() if m.stated and unasked(m)]
+    if not names:
+        return None
+    who = ", ".join(names) if len(names) <= SEVERAL else f"{len(names)} models"
+    return f"no error is stated for {who}: that of the mesh costs about as much as the solution; `--stated` asks for it"
+
+
+def lines(report: Report) -> Iterator[str]:
+    """What each model states; what many state alike, once."""
+    said = {n: w for n, m in report.models.items() if (w := words(m)) is not None}
+    alike, first = Counter(said.values()), {w: n for n, w in reversed(said.items())}
+    for name, own in said.items():
+        if alike[own] <= SEVERAL:
+            yield f"{name} {own}"
+        elif first[own] == name:
+            yield f"{alike[own]} models {own.replace('states', 'state', 1)}"
+    if (quiet := silent(report)) is not None:
+        yield quiet

@@ -1,0 +1,89 @@
+"""What was expected and whether it came so; and the doubts about the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.page.html_markup import count, prose, section, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.results.run_report import ExpectationResult, Warned
+
+HEADS = ("Verdict", "Expectation", "Value", "Line")
+VERDICTS = {True: ("✓", "good", "met"), False: ("✗", "bad", "not met"), None: ("?", "quiet", "not judged")}
+
+
+def expectations(findings: Findings) -> str:
+    """A row for each expectation, in the order of the scene."""
+    judged = findings.report.expectations
+    if not judged:
+        later = " yet: the report is unfinished" if findings.report.partial else ""
+        return section("expectations", "Expectations", tag("p", f"No expectation was judged{later}.", class_="quiet"))
+    return section("expectations", "Expectations", table_of(findings))
+
+
+def table_of(findings: Findings) -> str:
+    """The table of those that were judged, in its scrolling box."""
+    judged = findings.report.expectations
+    head = tag(
+        "tr",
+        *(tag("th", word, scope="col", class_="n" if word in ("Value", "Line") else None) for word in HEADS),
+    )
+    met = sum(e.passed is True for e in judged)
+    caption = tag("caption", f"{met} of {count(len(judged), 'expectation')} met. The value is that of the left side.")
+    table = tag(
+        "table",
+        caption,
+        tag("thead", head),
+        tag("tbody", *(_row(e, findings) for e in judged)),
+        class_="verdicts",
+    )
+    return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Expectations")
+
+
+def _row(e: ExpectationResult, findings: Findings) -> str:
+    symbol, mood, words = VERDICTS[e.passed]
+    verdict = tag("span", tag("span", symbol, aria_hidden="true"), f" {words}", class_=f"status {mood}")
+    why = tag("small", prose(e.reason)) if e.reason else ""
+    said = tag("th", tag("code", text(e.text)), why, scope="row")
+    return tag(
+        "tr",
+        tag("td", verdict),
+        said,
+        tag("td", _value(e), class_="n"),
+        tag("td", _place(e.line, findings.lines), class_="n"),
+    )
+
+
+def _place(line: int, lines: Container[int]) -> str:
+    """The number of a line, as a link where the page has that line."""
+    return tag("a", str(line), href=f"#L{line}", aria_label=f"line {line}") if line in lines else str(line)
+
+
+def _value(e: ExpectationResult) -> str:
+    if e.value is None:
+        return "–"
+    return tag("data", text(quantity(e.value, e.unit, 4, percent="%" in e.text)), value=repr(float(e.value)))
+
+
+def warnings(findings: Findings) -> str:
+    """The section of warnings; empty where there are none."""
+    said = warned(findings.report.warnings, findings.lines)
+    return section("warnings", "Warnings", said) if said else ""
+
+
+def warned(warnings: Iterable[Warned], lines: Container[int] = ()) -> str:
+    """A list of warnings, those that say the same together, with links to `lines`; empty where there are none."""
+    same: dict[tuple[str, str, str], list[Warned]] = {}
+    for one in warnings:
+        same.setdefault((one.code, one.message, one.help), []).append(one)
+    items = [_warning(group, lines) for group in same.values()]
+    return tag("ul", *items, class_="warnings") if items else ""
+
+
+def _warning(group: list[Warned], lines: Container[int]) -> str:
+    first = group[0]
+    places = ", ".join(f"line {_place(w.line, lines)}" for w in group if w.line)
+    said = [tag("span", text(first.code), class_="code"), " ", prose(first.message)]
+    help_ = tag("p", prose(first.help), class_="quiet") if first.help else ""
+    return tag("li", tag("p", *said, tag("span", f" ({places})", class_="place") if places else ""), help_)

@@ -1,0 +1,43 @@
+"""Filled surfaces: a line for each model, with what was repaired and how its mesh stands to the surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from softmark.interpreter.language import units
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.table_section import row_head, table_section
+
+LEAD = (
+    "Volume of the mesh and of the surface that it fills; how far its boundary goes from the surface, and the surface "
+    "from it (the two halves of the Hausdorff distance); the worst and the median cell (1 is a regular tetrahedron)."
+)
+VOLUME: units.Dimension = units.power(units.LENGTH, 3)
+
+
+def section_of(findings: Findings) -> str:
+    """A table of all models with such a mesh; empty where there is none."""
+    known = {n: m.solve["filled"] for n, m in findings.report.models.items() if "filled" in m.solve}
+    heads = ("Model", "Volume", "Distance", "Quality", "Repaired", "Made by")
+    return table_section("Filled", LEAD, heads, [_row(*entry) for entry in known.items()])
+
+
+def _row(name: str, own: Mapping[str, Any]) -> str:
+    has, off = own["mesh_m3"], 100 * (own["mesh_m3"] / own["surface_m3"] - 1.0)
+    ways = [units.show(float(f"{own[key]:.3g}"), units.LENGTH) for key in ("mesh_to_surface_m", "surface_to_mesh_m")]
+    words = (
+        f"{units.show(float(f'{has:.5g}'), VOLUME)}, {off:+.2g} % of the surface's{_missed(own)}",
+        f"{ways[0]} and {ways[1]}",
+        f"{own['quality']:.2g} and {own['median_quality']:.2g}",
+        "; ".join(own["repairs"]) or "nothing",
+        f"{own['mesher']}, {own['cpu_s']:.3g} s of CPU, mesh {own['digest']}",
+    )
+    return tag("tr", row_head(name), *(tag("td", text(w) if i else prose(w)) for i, w in enumerate(words)))
+
+
+def _missed(own: Mapping[str, Any]) -> str:
+    """What the facets of a surface miss of the body that it stands for."""
+    share = 100 * own.get("facets_m3", 0.0) / own["surface_m3"]
+    return f", whose facets miss {share:.2g} % of the body" if share else ""

@@ -1,0 +1,51 @@
+"""The frequencies of a body: a line for each mode up to the highest that is asked for, a column for each model."""
+
+from __future__ import annotations
+
+from softmark.interpreter.language import units
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.html_markup import tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.table_section import table_section
+
+LEAD = (
+    "Small vibrations about the equilibrium, undamped, from the slowest. Modes of one number are not compared in shape:"
+    " where two lie close, models may have them the other way round."
+)
+WORD = "frequency"  # the metric that asks
+MOST = 40  # modes that are shown
+NOTHING = "\N{EN DASH}"
+HERTZ: units.Dimension = units.power(units.TIME, -1)
+
+
+def section_of(findings: Findings) -> str:
+    """A table for each body; empty where no frequency is asked for."""
+    known = _known(findings)
+    if not known:
+        return ""
+    count = max(map(len, known.values()))
+    shown = min(count, MOST)
+    rows = [_row(i, [own[i] if i < len(own) else None for own in known.values()]) for i in range(shown)]
+    left = f" The first {shown} of {count} are shown." if shown < count else ""
+    saved: list[list[Cell]] = [
+        [i + 1, *(own[i] if i < len(own) else None for own in known.values())] for i in range(count)
+    ]
+    link = csv_link("modes", ["mode", *(f"{name} [Hz]" for name in known)], saved)
+    return table_section("Modes", LEAD + left, ("Mode", *known), rows, link)
+
+
+def _known(findings: Findings) -> dict[str, list[float]]:
+    """The frequencies of each model, Hz: those of the metric that asks for most."""
+    found: dict[str, list[float]] = {}
+    asked = [m.name for m in findings.metrics if (own := findings.declared.get(m.name)) and own.word == WORD]
+    for name, model in findings.report.models.items():
+        for metric in asked:
+            result = model.metrics.get(metric)
+            tones = list(result.details.get("frequencies_Hz") or ()) if result is not None else []
+            found[name] = max(found.get(name, []), tones, key=len)
+    return {name: tones for name, tones in found.items() if tones}
+
+
+def _row(i: int, tones: list[float | None]) -> str:
+    cells = [NOTHING if t is None else units.show(float(f"{t:.5g}"), HERTZ) for t in tones]
+    return tag("tr", tag("th", text(str(i + 1)), scope="row"), *(tag("td", text(c), class_="n") for c in cells))

@@ -1,0 +1,89 @@
+"""What figures share about probes: which are lines, along what they are drawn, how their curves look."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.report.charts.curve_styles import COLOURS, Look, model_look, reference_look
+from softmark.interpreter.report.page.figure_frame import SHOWN
+from softmark.interpreter.report.run.report_summary import UNKNOWN, Findings, value_of
+from softmark.interpreter.results.run_report import ProbeResult, Report
+
+Floats = NDArray[np.float64]
+AXES = ("x", "y", "z")
+
+
+def _kind(findings: Findings, probe: str) -> str:
+    """The constructor of a probe: line, point, surface, volume, markers; "" where the scene's text has none."""
+    return findings.declared.get(probe, UNKNOWN).word
+
+
+def lines_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
+    """Line probes, those with at least two points in a row: who has them, and what was seen."""
+    found = {}
+    for name, seen in findings.probes.items():
+        several = any(len(p.points) > 1 and p.triangles is None for p in seen.values())
+        if several and _kind(findings, name) in ("line", ""):
+            found[name] = seen
+    return found
+
+
+def points_of(findings: Findings) -> dict[str, dict[str, ProbeResult]]:
+    """Point probes."""
+    found = {}
+    for name, seen in findings.probes.items():
+        alone = {n: p for n, p in seen.items() if len(p.points) == 1 and p.triangles is None}
+        if alone and len(alone) == sum(len(p.points) > 0 for p in seen.values()):
+            found[name] = alone
+    return found
+
+
+def looks(report: Report) -> dict[str, Look]:
+    """One look for each model and reference, the same in every figure of the page.
+
+    Where there are more models than colours, those of one kind share a colour and differ by dash and marker.
+    """
+    found = {name: model_look(i) for i, name in enumerate(report.models)}
+    if len(found) > COLOURS:
+        found = _by_kind(report)
+    return found | {name: reference_look(i) for i, name in enumerate(report.references)}
+
+
+def _by_kind(report: Report) -> dict[str, Look]:
+    """A colour for each kind of model, whatever its size or Poisson's ratio; models of no kind have their own."""
+    kinds: dict[str, list[str]] = {}
+    for name, model in report.models.items():
+        kind = model.kind
+        kinds.setdefault(f"kind {kind.words}" if kind else f"model {name}", []).append(name)
+    colours = {n: i for i, names in enumerate(kinds.values()) for n in names}
+    places = {n: i for names in kinds.values() for i, n in enumerate(names)} if len(kinds) <= COLOURS else {}
+    return {n: replace(model_look(places.get(n, i)), colour=colours[n] % COLOURS) for i, n in enumerate(report.models)}
+
+
+def drawn_first(findings: Findings, among: Collection[str] | None = None) -> list[str]:
+    """The models that are drawn at first, of those that a figure has: where there are many, those with the least first
+    error; where these are of a few kinds, the best and the worst of each kind. Without `among`, those that probes saw.
+    """
+    models = {n: m for n, m in findings.report.models.items() if (m.probes if among is None else n in among)}
+    names = list(models)
+    if findings.errors:
+        errors = {n: value_of(m, findings.errors[0].name) for n, m in models.items()}
+        names.sort(key=lambda n: (errors[n] is None, errors[n] or 0.0))
+    if len(names) <= SHOWN:
+        return names
+    kinds: dict[str, list[str]] = {}
+    for name in names:
+        kind = models[name].kind
+        kinds.setdefault(f"kind {kind.words}" if kind else f"model {name}", []).append(name)
+    ends = [n for own in kinds.values() for n in dict.fromkeys((own[0], own[-1]))]
+    return ends if len(ends) <= SHOWN else names[:SHOWN]
+
+
+def arc(X: Floats) -> Floats:
+    """Arc position (n,) along undeformed points (n, 3), m."""
+    steps = np.sqrt((np.diff(X, axis=0) ** 2).sum(axis=1))
+    return np.concatenate(([0.0], np.cumsum(steps)))

@@ -1,0 +1,41 @@
+"""What acts: one line for each load, with the force that is asked for and how much of it the models take."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from softmark.interpreter.problem.surface_selection.load_resultants import SHOWN
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, row_head, table_section
+from softmark.interpreter.results.load_results import Resultant
+
+LEAD = (
+    "The resultant of every load at full size{} on the undeformed body, its moment about the origin, and the part of "
+    "it that the meshes take."
+)
+ROUNDING = 1e-9  # of the largest component
+
+
+def section_of(findings: Findings) -> str:
+    """A table of all loads; empty where no model says what acts on it."""
+    known = by_thing({n: m.loads for n, m in findings.report.models.items()})
+    rows = [_row(name, own) for name, own in known.items()]
+    return table_section("Loads", LEAD.format(findings.of_last), ("Load", "Force", "Moment", "Taken"), rows)
+
+
+def _row(name: str, own: Mapping[str, Resultant]) -> str:
+    who, one = min(own.items(), key=lambda item: abs(1.0 - item[1].share))  # the force is exact, a moment some model's
+    force, moment = (newtons(v, ROUNDING) for v in (one.exact_force or one.force, one.exact_moment or one.moment))
+    moment += "\N{MIDDLE DOT}m" + (f" in `{who}`" if abs(1.0 - one.share) > SHOWN else "")
+    cells = (tag("td", text(force)), tag("td", prose(moment)), tag("td", prose(_taken(own))))
+    return tag("tr", row_head(name), *cells)
+
+
+def _taken(own: Mapping[str, Resultant]) -> str:
+    """`whole`, or the models that take less or more."""
+    off = [f"{100 * r.share:.4g} % by `{n}`" for n, r in own.items() if abs(1.0 - r.share) > SHOWN]
+    unknown = [f"{100 * r.remainder / r.area:.2g} % open in `{n}`" for n, r in own.items()
+               if r.area and r.remainder > SHOWN * r.area]  # fmt: skip
+    rest = ["whole by the others" if off else "whole"] if len(off) < len(own) else []
+    return ", ".join((*off, *unknown, *rest))

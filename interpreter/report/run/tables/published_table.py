@@ -1,0 +1,145 @@
+"""Table 1 of Marchal et al. (2008) and its like: what others published, beside what was computed here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from softmark.interpreter.language.number_formatting import Scale, decimals_of, scale_of, signed
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.html_markup import listed, prose, section, tag, text
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, value_of
+from softmark.interpreter.results.run_report import MetricResult, ModelResult
+from softmark.records import dataclass
+
+LEAD = (
+    "Our numbers beside those that were published about the same experiment; the difference is ours less "
+    "theirs, and below it in per cent of theirs. Nothing is judged by them."
+)
+HEADS = ("ours", "published", "difference")
+
+
+def section_of(findings: Findings) -> str:
+    """The table; empty where nothing was published."""
+    columns = [m for m in findings.metrics if any(_published(r, m) is not None for r in _models(findings))]
+    if not columns:
+        return ""
+    pairs = _Pairs(findings, columns)
+    return section(
+        "published", "Published", tag("p", LEAD, class_="lead"), pairs.html(), _sources(findings), pairs.csv()
+    )
+
+
+def _models(findings: Findings) -> Sequence[ModelResult]:
+    return list(findings.report.models.values())
+
+
+def _published(model: ModelResult, metric: MetricColumn) -> float | None:
+    found = model.metrics.get(metric.name)
+    return None if found is None else found.published
+
+
+def _sources(findings: Findings) -> str:
+    """Where the numbers come from; a scene may not say."""
+    entries = findings.report.scene.get("published") or ()
+    same: dict[str, list[str]] = {}
+    for entry in entries:
+        if isinstance(entry, Mapping):
+            metric = [f"`{entry['metric']}`"] if entry.get("metric") else []
+            same.setdefault(_source(entry), []).extend(metric)
+    items = [tag("li", prose(f"{listed(m)}: {said}" if m else said)) for said, m in same.items()]
+    return tag("ul", *items, class_="notes sources") if items else ""
+
+
+def _source(entry: Mapping[str, Any]) -> str:
+    note = f" {entry['note']}" if entry.get("note") else ""
+    return f"{entry.get('source') or 'no source is given'}.{note}".replace("..", ".")
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """Metrics of models with what was published about them."""
+
+    findings: Findings
+    columns: Sequence[MetricColumn]
+
+    @property
+    def rows(self) -> dict[str, ModelResult]:
+        """The models that something was published about."""
+        known = self.findings.report.models.items()
+        return {n: m for n, m in known if any(_published(m, c) is not None for c in self.columns)}
+
+    def html(self) -> str:
+        """Rows of models, three columns for each metric."""
+        scales = {m.name: self._scale(m) for m in self.columns}
+        top = [tag("th", "Model", rowspan=2, scope="col")]
+        top += [self._head(m, scales[m.name][0]) for m in self.columns]
+        low = [tag("th", word, scope="col") for _ in self.columns for word in HEADS]
+        body = [self._row(n, m, scales) for n, m in self.rows.items()]
+        caption = tag("caption", tag("span", "Computed and published values"))
+        table = tag(
+            "table",
+            caption,
+            tag("thead", tag("tr", *top), tag("tr", *low)),
+            tag("tbody", *body),
+            class_="pairs",
+        )
+        return tag(
+            "div",
+            table,
+            class_="scroll",
+            tabindex=0,
+            role="region",
+            aria_label="Computed and published values",
+        )
+
+    def _scale(self, metric: MetricColumn) -> tuple[Scale, int]:
+        values = [value_of(m, metric.name) for m in self.rows.values()]
+        values += [_published(m, metric) for m in self.rows.values()]
+        scale = scale_of(values, metric.unit, metric.percent)
+        return scale, decimals_of(values, scale, 4)
+
+    def _head(self, metric: MetricColumn, scale: Scale) -> str:
+        name = tag("a", tag("code", text(metric.name)), href=f"#L{metric.line}") if metric.line else text(metric.name)
+        unit = tag("span", text(f" / {scale.unit}"), class_="unit") if scale.unit else ""
+        return tag("th", name, unit, colspan=len(HEADS), scope="colgroup")
+
+    def _row(self, name: str, model: ModelResult, scales: Mapping[str, tuple[Scale, int]]) -> str:
+        cells = [cell for m in self.columns for cell in _cells(model.metrics.get(m.name), *scales[m.name])]
+        head = tag("th", tag("code", text(name)), scope="row", title=model.outline)
+        return tag("tr", head, *(tag("td", cell, class_="n") for cell in cells))
+
+    def csv(self) -> str:
+        """Every number in SI."""
+        header = ["name", "metric", "unit", "ours", "published", "difference", "difference / published"]
+        rows: list[list[Cell]] = []
+        for name, model in self.rows.items():
+            for metric in self.columns:
+                ours, theirs = value_of(model, metric.name), _published(model, metric)
+                rows.append([name, metric.name, metric.unit, ours, theirs, *_differences(ours, theirs)])
+        return csv_link("published", header, rows, "Save this table as CSV")
+
+
+def _differences(ours: float | None, theirs: float | None) -> tuple[float | None, float | None]:
+    """Absolute, and as a share of what was published."""
+    if ours is None or theirs is None:
+        return None, None
+    return ours - theirs, (ours - theirs) / abs(theirs) if theirs else None
+
+
+def _cells(found: MetricResult | None, scale: Scale, decimals: int) -> list[str]:
+    """Ours, published, difference with its share of what was published."""
+    ours, theirs = (found.value, found.published) if found else (None, None)
+    absolute, share = _differences(ours, theirs)
+    shown = [_number(v, scale, decimals) for v in (ours, theirs)]
+    sign = "+" if absolute is not None and absolute > 0 else ""
+    below = tag("small", _percent(share)) if share is not None else ""
+    return [*shown, sign + _number(absolute, scale, decimals) + below]
+
+
+def _number(value: float | None, scale: Scale, decimals: int) -> str:
+    return "–" if value is None else tag("data", text(scale.text(value, decimals)), value=repr(float(value)))
+
+
+def _percent(share: float) -> str:
+    return text(("+" if share > 0 else "") + signed(f"{100 * share:.0f} %"))

@@ -1,0 +1,89 @@
+"""What supports carry: a line for each support and each model, and one in the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import RIGID
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, pressing, row_head, table_section
+from softmark.interpreter.results.reaction_results import HeldSupport
+from softmark.interpreter.results.run_report import ModelResult, Report
+from softmark.interpreter.results.state_results import SOLVED
+
+LEAD = (
+    "What every support does to the body at rest{}: its force, and its moment about the middle of what it holds. "
+    "Supports{} and loads together come to nothing."
+)
+HEAD = ("Support", "Model", "Force", "Moment", "Note")
+NOTHING = "\N{EN DASH}"
+SEVERAL = 3  # names that a line lists
+ROUNDING = 1e-8  # of the largest component: equations are solved to a tolerance
+LITTLE = 1e-3  # of a force: less is not seen beside it on three digits
+
+
+def section_of(findings: Findings) -> str:
+    """A table of all supports; empty where no model says what they carry."""
+    models = findings.report.models
+    known = by_thing({n: m.reactions for n, m in models.items()})
+    if not any(held.reaction for own in known.values() for held in own.values()):
+        return ""
+    rows = [
+        _row(support, name, held, models[name].solve.get("checks") or {})
+        for support, own in known.items()
+        for name, held in own.items()
+        if models[name].status in SOLVED
+    ]
+    pressed = ", rigid bodies that touch it" if findings.report.names.of_kind(RIGID) else ""
+    return table_section("Supports", LEAD.format(findings.of_last, pressed), HEAD, rows)
+
+
+def _row(support: str, model: str, held: HeldSupport, checks: Mapping[str, Any]) -> str:
+    head, own = (row_head(support), tag("td", tag("code", text(model)))), held.reaction
+    if own is None:
+        return tag("tr", *head, *(tag("td", NOTHING) for _ in range(2)), tag("td", prose(str(held.reason))))
+    largest = max(abs(c) for c in own.force)
+    force, moment = newtons(own.force, ROUNDING), f"{newtons(own.own_moment, ROUNDING)}\N{MIDDLE DOT}m"
+    there = newtons(own.shared_force, ROUNDING, largest)
+    said = [f"{there} of it where {_listed(own.shared)} holds as well"] if own.shared else []
+    said += [note] if (note := (checks.get("reactions") or {}).get("note")) else []
+    return tag(
+        "tr", *head, tag("td", text(force)), tag("td", text(moment)), tag("td", prose("; ".join(said) or NOTHING))
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(f"`{n}`" for n in names)
+
+
+def lines(report: Report) -> Iterator[str]:
+    """`wall carries 2.06 N in tet, hex, 2.12 N in rod`: forces, those that agree on three digits once."""
+    everyone = {n: m.reactions for n, m in report.models.items()}
+    least = {n: ROUNDING * _largest(m) for n, m in report.models.items()}
+    for support, own in by_thing(everyone).items():
+        alike: dict[str, list[str]] = {}
+        for name, held in own.items():
+            if held.reaction is not None and report.models[name].status == "converged":
+                force = held.reaction.force if _size(held) > least[name] else (0.0, 0.0, 0.0)
+                alike.setdefault(pressing(force, 3, LITTLE), []).append(name)
+        if alike:
+            each = (f"{size} in {_who(names)}" for size, names in alike.items())
+            yield f"{support} carries {', '.join(each)}"
+
+
+def _largest(model: ModelResult) -> float:
+    """Of all supports and contacts, N: beside it what supports carry may be nothing."""
+    pressed = (math.hypot(*own.reaction.force) for own in model.contacts.values())
+    return max((*map(_size, model.reactions.values()), *pressed), default=0.0)
+
+
+def _size(held: HeldSupport) -> float:
+    """Of its force, N; 0 where it is not known."""
+    return 0.0 if held.reaction is None else math.hypot(*held.reaction.force)
+
+
+def _who(names: Sequence[str]) -> str:
+    return ", ".join(names) if len(names) <= SEVERAL else f"{len(names)} models"

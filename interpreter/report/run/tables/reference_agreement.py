@@ -1,0 +1,56 @@
+"""In the terminal: who agrees with values that are given and with bands of codes, and what kind of truth these are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.run.report_summary import Findings, worth
+
+SEVERAL = 6  # names that a line lists
+
+
+def lines(findings: Findings) -> Iterator[str]:
+    """`codes (consensus of 3 codes): 14.72 mm in 14.7 mm to 14.74 mm; inside: fine; outside: coarse (miss)`."""
+    for name, reference in findings.report.references.items():
+        if reference.status != "converged" or not ("value" in reference.facts or reference.drawn is not None):
+            continue
+        held = [*_verdicts(findings, name)]
+        band = _band(reference.facts)
+        line = f"{name} ({worth(reference)}){': ' if band or held else ''}{'; '.join([*band, *held])}"
+        yield line.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def _band(facts: Mapping[str, Any]) -> list[str]:
+    """The value with how far it may be off, or the ends of its band; nothing of a curve."""
+    if "value" not in facts:
+        return []
+    unit = facts["unit"]
+    value = quantity(facts["value"], unit, 5)
+    if "low" in facts:
+        return [f"{value} in {quantity(facts['low'], unit, 5)} to {quantity(facts['high'], unit, 5)}"]
+    return [f"{value} ± {quantity(facts['uncertainty'], unit, 3)}" if facts["uncertainty"] else f"{value}, exactly"]
+
+
+def _verdicts(findings: Findings, name: str) -> Iterator[str]:
+    """Who is inside and who is outside, by every metric that is held against it; of curves, by which share."""
+    banded = findings.report.references[name].kind == "consensus"
+    words = {True: "inside" if banded else "within", False: "outside" if banded else "not within"}
+    same: dict[str, list[str]] = {}
+    for metric in findings.metrics:
+        named = findings.declared.get(metric.name)
+        if named is None or named.against != name:
+            continue
+        found = {n: m.details for n, r in findings.everyone.items() if (m := r.metrics.get(metric.name)) is not None}
+        shares = [f"{n} by {100.0 * float(d['inside_share']):.3g} %" for n, d in found.items() if "inside_share" in d]
+        sides = {truth: [n for n, d in found.items() if d.get("within") is truth] for truth in words}
+        said = [f"{words[truth]}: {_some(names)}" for truth, names in sides.items() if names]
+        said += [f"{words[True]}: {_some(shares)}"] if shares else []
+        if said:
+            same.setdefault("; ".join(said), []).append(metric.name)
+    yield from (f"{said} ({', '.join(metrics)})" for said, metrics in same.items())
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:SEVERAL]) + (f" and {len(names) - SEVERAL} others" if len(names) > SEVERAL else "")

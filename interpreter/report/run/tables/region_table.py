@@ -1,0 +1,92 @@
+"""Bodies, and their parts of other materials: volumes that are asked for, what cells of each mesh have; what varies.
+
+Of each constant that varies: its range and mean, and what cells do not resolve of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from softmark.interpreter.language import units
+from softmark.interpreter.report.page.html_markup import prose, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.run.tables.table_section import by_thing, row_head, table_section
+
+LEAD = "The volume of every part with a material of its own, and that of the cells that have it."
+VOLUME: units.Dimension = units.power(units.LENGTH, 3)
+AREA: units.Dimension = units.power(units.LENGTH, 2)
+WHOLE = "Volume and surface of the body, exactly, and of the mesh, whose facets are inscribed in curved sides."
+SAME = 1e-12  # relative: what rounding leaves
+VARYING = "Every constant of a material that varies in space: its least, largest and mean values on a mesh."
+HEADS = ("Constant", "Range", "Mean", "Within cells")
+DIMENSIONS: dict[str, units.Dimension] = {"young": units.PRESSURE, "density": (-3, 1, 0, 0, 0)}
+SHOWN = 1e-4  # of a part: what may be of the wrong material without a number
+
+
+def section_of(findings: Findings) -> str:
+    """A table of all parts; empty where no model has any."""
+    known = by_thing({n: m.solve.get("regions") or {} for n, m in findings.report.models.items()})
+    return table_section("Regions", LEAD, ("Region", "Volume", "Cells"), [_row(*entry) for entry in known.items()])
+
+
+def _row(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
+    asked = units.show(float(f"{max(v['asked_m3'] for v in own.values()):.5g}"), VOLUME)
+    cells = (tag("td", text(asked)), tag("td", prose(_taken(own))))
+    return tag("tr", row_head(name), *cells)
+
+
+def _taken(own: Mapping[str, Mapping[str, Any]]) -> str:
+    """`followed`, or the models whose cells miss some of it or have too much."""
+    off = []
+    for model, v in own.items():
+        missed, beyond = v["missed_m3"] / v["asked_m3"], v["beyond_m3"] / v["asked_m3"]
+        if missed + beyond > SHOWN:
+            share = 100 * v["taken_m3"] / v["asked_m3"]
+            off.append(f"{share:.4g} % in `{model}`: {100 * missed:.3g} % missed, {100 * beyond:.3g} % too much")
+    rest = ["followed by the others" if off else "followed"] if len(off) < len(own) else []
+    return "; ".join((*off, *rest))
+
+
+def bodies_of(findings: Findings) -> str:
+    """A table of all models of bodies whose volume and surface are known; empty where there is none."""
+    known = {n: m.solve["body"] for n, m in findings.report.models.items() if "body" in m.solve}
+    rows = [tag("tr", row_head(name), *map(_cell, _compared(own))) for name, own in known.items()]
+    return table_section("Bodies", WHOLE, ("Model", "Volume", "Surface"), rows)
+
+
+def _compared(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimension], ...]:
+    """Of the body, of the mesh, and in what they are measured: volume and surface."""
+    return (own["volume_m3"], own["mesh_m3"], VOLUME), (own["area_m2"], own["mesh_m2"], AREA)
+
+
+def _cell(one: tuple[float, float, units.Dimension]) -> str:
+    exact, has, dimension = one
+    off = has / exact - 1.0
+    shown = units.show(float(f"{exact:.6g}"), dimension)
+    return tag("td", prose(f"{shown}, the mesh has " + ("it all" if abs(off) < SAME else f"{100 * off:+.2g} %")))
+
+
+def varying(findings: Findings) -> str:
+    """A table of all constants that vary in space; empty where no model has any."""
+    known = by_thing({n: m.solve.get("graded") or {} for n, m in findings.report.models.items()})
+    return table_section("Varying", VARYING, HEADS, [_constant(*entry) for entry in known.items()])
+
+
+def _constant(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
+    dimension = DIMENSIONS.get(name.rpartition(".")[2], units.NONE)
+    least, most = min(v["least"] for v in own.values()), max(v["most"] for v in own.values())
+    mean = next(iter(own.values()))["mean"]
+    low, high, middle = (units.show(float(f"{v:.5g}"), dimension) for v in (least, most, mean))
+    resolved = prose("; ".join(map(_resolved, own, own.values())))
+    return tag("tr", row_head(name), tag("td", text(f"{low} to {high}")), tag("td", text(middle)), tag("td", resolved))
+
+
+def _resolved(model: str, said: Mapping[str, Any]) -> str:
+    """The largest change within a cell of a model, what its quadrature misses, and what lies outside of a field."""
+    found = [f"`{model}` up to {said['within_cells']:.3g} times"]
+    if said["integral_lost"] > SHOWN:
+        found.append(f"its quadrature misses {100 * said['integral_lost']:.2g} %")
+    if said.get("outside_share", 0.0) > SHOWN:
+        found.append(f"{100 * said['outside_share']:.3g} % of the volume is outside of the field")
+    return ", ".join(found)

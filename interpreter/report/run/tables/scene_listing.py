@@ -1,0 +1,90 @@
+"""The scene's text with line numbers, and its parameters."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.page.html_markup import section, tag, text
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.validation.constructor_registry import CATALOGUE
+
+# comment | string | quantity | word before an opening bracket | any other word | the rest
+_PIECE = re.compile(
+    r"(?P<c>#.*)"
+    r'|(?P<s>"(?:[^"\\]|\\.)*"?)'
+    r"|(?P<q>(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?:[ \t]?(?:%|[^\W\d_][\w/*^°·-]*))?)"
+    r"|(?P<f>[A-Za-z_][\w.]*(?=\s*\())"
+    r"|(?P<w>[A-Za-z_][\w.]*)"
+    r"|[^\w#\".]+|."
+)
+KINDS = frozenset(
+    ("softmark", "scene", "use", "as", "param", "in", "expect", "and", "or", "not", *CATALOGUE)  # names of its tables
+)
+_UNIT_WORDS = re.compile(r"^(.*\d\.?)([ \t])(in|and|or|not|as)$")
+
+
+def section_of(findings: Findings) -> str:
+    """Text and parameters."""
+    scene = findings.report.scene
+    parameters = scene.get("parameters") or {}
+    table = _parameters(parameters, set(scene.get("overridden") or ())) if parameters else ""
+    source = str(scene.get("text", ""))
+    if not source:
+        return section("scene", "Scene", tag("p", "The text of the scene is not known.", class_="quiet"), table)
+    marked = {e.line for e in findings.report.expectations if e.passed is False}
+    rows = [_line(i, line, i in marked) for i, line in enumerate(source.splitlines(), start=1)]
+    listing = tag("pre", tag("code", *rows), class_="scene", tabindex=0, role="region", aria_label="Text of the scene")
+    return section("scene", "Scene", listing, table)
+
+
+def _line(number: int, line: str, marked: bool) -> str:
+    return tag("span", coloured(line), "\n", id=f"L{number}", class_="line missed" if marked else "line")
+
+
+def coloured(line: str) -> str:
+    """One line of a scene, its pieces in spans by what they are."""
+    return "".join(_piece(match) for match in _PIECE.finditer(line))
+
+
+def _piece(match: re.Match[str]) -> str:
+    kind, piece = match.lastgroup, match[0]
+    if kind == "w" and piece in KINDS:
+        return tag("span", text(piece), class_="k")
+    if kind == "q" and (split := _UNIT_WORDS.match(piece)):
+        return tag("span", text(split[1]), class_="q") + split[2] + tag("span", text(split[3]), class_="k")
+    return tag("span", text(piece), class_=kind) if kind in ("c", "s", "q", "f") else text(piece)
+
+
+def _parameters(parameters: Mapping[str, Any], overridden: set[str]) -> str:
+    head = tag("tr", *(tag("th", word, scope="col") for word in ("Parameter", "Value", "As given", "From")))
+    rows = [_parameter(name, known, name in overridden) for name, known in parameters.items()]
+    table = tag("table", tag("caption", "Parameters"), tag("thead", head), tag("tbody", *rows))
+    return tag("div", table, class_="scroll", tabindex=0, role="region", aria_label="Parameters")
+
+
+def _parameter(name: str, known: Mapping[str, Any], overridden: bool) -> str:
+    origin = tag("strong", "command line") if overridden else "scene"
+    value = tag("td", text(value_shown(known)), class_="n")
+    return tag(
+        "tr",
+        tag("th", tag("code", text(name)), scope="row"),
+        value,
+        tag("td", tag("code", text(known.get("text", "")))),
+        tag("td", origin),
+    )
+
+
+def value_shown(known: Mapping[str, Any]) -> str:
+    """The value of a parameter with its unit."""
+    return _value(known.get("value"), str(known.get("unit", "1")))
+
+
+def _value(value: Any, unit: str) -> str:
+    if isinstance(value, (list, tuple)):
+        return "(" + ", ".join(_value(v, unit) for v in value) + ")"
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return str(value)
+    return quantity(float(value), unit)

@@ -1,0 +1,149 @@
+"""Numbers of models beside values that were given, and bands of codes: the difference, and what it means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
+from softmark.interpreter.report.page.html_markup import listed, prose, tag, text
+from softmark.interpreter.report.run.figures.tolerance_bands import Band
+from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, Result, worth
+from softmark.interpreter.report.run.tables.metric_details import unit_of
+from softmark.interpreter.report.run.tables.table_section import row_head, table_section
+from softmark.interpreter.results.state_results import percent
+from softmark.records import dataclass
+
+LEAD = (
+    "Numbers beside the values that the scene gives with their uncertainty, or with the band in which codes lie; the"
+    " difference is what was found less what is given, and below it in per cent of that. Drawn are the band, the value"
+    " (line) and the number (diamond; an arrow where it is far outside)."
+)
+HEADS = ("Number", "By", "Found", "Given", "Uncertainty", "Difference", "Within", "")
+
+
+@dataclass(frozen=True)
+class _Held:
+    """One number that is held against a value, SI; `state` as people read it, "" of a scene in one situation."""
+
+    metric: str
+    owner: str
+    state: str
+    unit: str
+    found: float
+    given: float
+    uncertainty: float
+    within: bool
+    kind: str  # of what is given: `consensus of 3 codes`
+    band: tuple[float, float] | None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """From where to where it agrees."""
+        return self.band or (self.given - self.uncertainty, self.given + self.uncertainty)
+
+    @property
+    def difference(self) -> float:
+        """Found less given."""
+        return self.found - self.given
+
+    def row(self, everyone: Sequence[float]) -> str:
+        """Of the table; `everyone` are the numbers that are held against the same value."""
+        found, given = (text(quantity(v, self.unit, 5)) for v in (self.found, self.given))
+        amounts = [tag("td", found, class_="n"), tag("td", given, tag("small", text(self.kind)), class_="n")]
+        share = tag("small", text(_percent(self.difference / abs(self.given)))) if self.given else ""
+        apart = text(("+" if self.difference > 0.0 else "") + quantity(self.difference, self.unit, 3))
+        who = tag("td", tag("code", text(self.owner)), text(f", {self.state}" if self.state else ""))
+        own = tag("td", text(self.off), class_="n")
+        verdict = tag("td", "yes" if self.within else "no")
+        said = f"{'inside' if self.within else 'outside'} {self.off}"
+        drawn = tag("td", Band(self.given, self.ends, tuple(everyone)).drawn(self.found, said))
+        return tag("tr", row_head(self.metric), who, *amounts, own, tag("td", apart, share, class_="n"), verdict, drawn)
+
+    @property
+    def off(self) -> str:
+        """How far it may be off, or the band."""
+        if self.band is None:
+            return f"± {quantity(self.uncertainty, self.unit, 3)}" if self.uncertainty else "exact"
+        return f"{quantity(self.band[0], self.unit, 5)} to {quantity(self.band[1], self.unit, 5)}"
+
+    def cells(self) -> list[Cell]:
+        """Of the CSV file."""
+        told = "yes" if self.within else "no"
+        return [self.metric, self.owner, self.state or None, self.unit, self.found, self.given, self.uncertainty,
+                self.difference, told, self.kind, *self.ends]  # fmt: skip
+
+
+def _percent(share: float) -> str:
+    return ("+" if share > 0.0 else "") + signed(f"{100.0 * share:.3g} %")
+
+
+def section_of(findings: Findings) -> str:
+    """The table; empty where no value is given."""
+    held = [one for metric in findings.metrics for one in _of(findings, metric)]
+    if not held:
+        return ""
+    header = [
+        "metric",
+        "name",
+        "state",
+        "unit",
+        "found",
+        "given",
+        "uncertainty",
+        "difference",
+        "within",
+        "kind",
+        "low",
+        "high",
+    ]
+    save = csv_link("values", header, [one.cells() for one in held], "Save this table as CSV")
+    same: dict[tuple[object, ...], list[float]] = {}
+    for one in held:
+        same.setdefault((one.metric, one.state), []).append(one.found)
+    rows = [one.row(same[one.metric, one.state]) for one in held]
+    return table_section("Values", LEAD, HEADS, rows, _sources(findings) + save)
+
+
+def _of(findings: Findings, metric: MetricColumn) -> Iterator[_Held]:
+    """Everyone's, in every state."""
+    for name, result in findings.everyone.items():
+        in_each: Sequence[Result] = result.each
+        each = [(percent(value), own.metrics) for value, own in zip(result.states, in_each, strict=True)]
+        for state, metrics in each or [("", result.metrics)]:
+            found = metrics.get(metric.name)
+            if found is not None and (told := _told(found.details)) is not None:
+                yield _Held(metric.name, name, state, *told[:5], kind_of(findings, metric.name), told[5])
+
+
+def kind_of(findings: Findings, metric: str) -> str:
+    """What kind of truth a metric is held against: `consensus of 3 codes`."""
+    named = findings.declared.get(metric)
+    reference = findings.report.references.get((named.against if named else None) or "")
+    return "" if reference is None else worth(reference)
+
+
+_Told = tuple[str, float, float, float, bool, tuple[float, float] | None]
+
+
+def _told(details: Mapping[str, Any]) -> _Told | None:
+    """Unit, what was found and what is given, its uncertainty, whether it is within, the band; None of others."""
+    key = next((key for key in details if key.startswith("given_")), None)
+    if key is None:
+        return None
+    end = key.removeprefix("given_")
+    numbers = [float(details[f"{word}_{end}"]) for word in ("found", "given", "uncertainty")]
+    low, high = (details.get(f"{word}_{end}") for word in ("low", "high"))
+    band = None if low is None or high is None else (float(low), float(high))
+    return unit_of(key) or "1", numbers[0], numbers[1], numbers[2], bool(details["within"]), band
+
+
+def _sources(findings: Findings) -> str:
+    """Who says so."""
+    same: dict[str, list[str]] = {}
+    for name, reference in findings.report.references.items():
+        if "value" in reference.facts:
+            same.setdefault(f"{worth(reference)}; {reference.source}", []).append(f"`{name}`")
+    items = [tag("li", prose(f"{listed(names)}: {said}")) for said, names in same.items()]
+    return tag("ul", *items, class_="notes sources") if items else ""

@@ -1,0 +1,195 @@
+"""Surfaces made small enough to travel inside the page: thinned, with few frames, and in 16-bit numbers."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.report.page.html_markup import several
+from softmark.interpreter.results.even_thinning import picked
+from softmark.interpreter.results.run_report import SeenSurface
+from softmark.records import dataclass
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+POINTS = 4000  # of one surface, at most
+FRAMES = 40
+ROOM = 1_900_000  # bytes of base64 for all surfaces of a page
+FINEST = 65535
+
+
+@dataclass(frozen=True)
+class Small:
+    """Surfaces as the page has them, and what was left out to make room."""
+
+    shapes: Mapping[str, SeenSurface]
+    notes: tuple[str, ...]
+
+
+def fit(shapes: Mapping[str, SeenSurface], points: int = POINTS, room: int = ROOM) -> Small:
+    """Thin surfaces to so many points, then keep as many frames as there is room for, then thin further."""
+    limit = points
+    while True:
+        thin = {name: thinned(shape, limit) for name, shape in shapes.items()}
+        frames = _affordable(thin, room)
+        if frames >= 12 or limit <= 500 or not any(s.frames is not None for s in thin.values()):
+            break
+        limit //= 2
+    kept = {name: _sampled(shape, max(frames, 2)) for name, shape in thin.items()}
+    return Small(kept, tuple(notes_of(shapes, kept)))
+
+
+def _affordable(shapes: Mapping[str, SeenSurface], room: int) -> int:
+    """How many frames of every surface that has some fit into so many bytes."""
+    fixed = sum(
+        8 * s.position.size / 3 + 3 * len(s.position) * (1 + len(s.carried)) + 8 * s.triangles.size / 3
+        for s in shapes.values()
+    )
+    each = sum(8 * s.position.size / 3 for s in shapes.values() if s.frames is not None)
+    return min(FRAMES, int((room - fixed) / each)) if each else FRAMES
+
+
+def _sampled(shape: SeenSurface, most: int) -> SeenSurface:
+    """The first and the last frame, and others evenly between them."""
+    if shape.frames is None or shape.times is None or len(shape.times) <= most:
+        return shape
+    chosen = picked(len(shape.times), most)
+    labels = tuple(shape.labels[i] for i in chosen) if shape.labels else ()
+    times = np.arange(len(chosen), dtype=np.float64) if labels else shape.times[chosen]
+    beside = tuple(i if len(i.turns) == 1 else i.sampled(chosen) for i in shape.instruments)
+    return replace(shape, times=times, frames=shape.frames[chosen], labels=labels, instruments=beside)
+
+
+def notes_of(given: Mapping[str, SeenSurface], kept: Mapping[str, SeenSurface]) -> list[str]:
+    """Sentences about what is coarser in the page than in the results."""
+    coarse: dict[tuple[str, int, str], dict[str, int]] = {}  # (with or at, how many there are, of what) -> who has left
+    for name, shape in given.items():
+        own = kept[name]
+        if len(own.position) < len(shape.position):
+            coarse.setdefault(("with", len(shape.position), "points"), {})[name] = len(own.position)
+        if shape.times is not None and own.times is not None and len(own.times) < len(shape.times):
+            moments = "states" if shape.labels else "moments"
+            coarse.setdefault(("at", len(shape.times), moments), {})[name] = len(own.times)
+    return [_coarser(*what, left) for what, left in coarse.items()]
+
+
+def _coarser(how: str, total: int, things: str, left: Mapping[str, int]) -> str:
+    """`a` and `b` are drawn with 1143 to 1198 of 1570 points."""
+    low, high = min(left.values()), max(left.values())
+    counts = f"{low}" if low == high else f"{low} to {high}"
+    verb = "is" if len(left) == 1 else "are"
+    return f"{several([f'`{n}`' for n in left])} {verb} drawn {how} {counts} of {total} {things}."
+
+
+def thinned(shape: SeenSurface, limit: int, triangles: bool = False) -> SeenSurface:
+    """A surface with at most so many points (or triangles): those in one cell of a grid become their mean.
+
+    Rossignac and Borrel (1993), vertex clustering. All frames, errors and what else is carried are averaged alike.
+    """
+    size = len(shape.triangles) if triangles else len(shape.position)
+    if size <= limit:
+        return shape
+    extent = np.ptp(shape.position, axis=0)
+    cell = float(np.linalg.norm(extent)) / (limit**0.5 * 2.0) or 1.0
+    rest = shape.position if shape.frames is None else shape.frames[0]
+    bare = SeenSurface(rest, shape.triangles)  # cells are chosen by where points are at first: the rest comes once
+    for _ in range(60):
+        small = _clustered(bare, cell)
+        if (len(small.triangles) if triangles else len(small.position)) <= limit:
+            break
+        cell *= 1.12
+    return _clustered(shape, cell)
+
+
+def _clustered(shape: SeenSurface, cell: float) -> SeenSurface:
+    """The surface with the points of each cubic cell (edge in m) put together."""
+    rest = shape.position if shape.frames is None else shape.frames[0]
+    keys = np.floor((rest - rest.min(axis=0)) / cell).astype(np.int64)
+    _, group = np.unique(_numbered(keys), return_inverse=True)
+    number = np.bincount(group).astype(float)
+
+    def mean(values: Floats) -> Floats:
+        columns = values.reshape(len(values), -1)
+        sums = np.stack([np.bincount(group, c) for c in columns.T], axis=1)
+        result: Floats = (sums / number[:, None]).reshape(len(number), *values.shape[1:])
+        return result
+
+    corners = group[shape.triangles]
+    kept = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
+    _, first = np.unique(_numbered(np.sort(corners[kept], axis=1)), return_index=True)
+    frames = None if shape.frames is None else mean(shape.frames.transpose(1, 0, 2)).transpose(1, 0, 2)
+    error = None if shape.error is None else mean(shape.error)
+    carried = tuple(c if c.values is None else replace(c, values=mean(c.values)) for c in shape.carried)
+    triangles = corners[kept][np.sort(first)]
+    whole = replace(shape, position=mean(shape.position), triangles=triangles, frames=frames)
+    return replace(whole, error=error, carried=carried)
+
+
+def _numbered(keys: Ints) -> Ints:
+    """One number (n,) for each row of whole numbers (n, 3) from 0, in the same order: rows take ten times as long."""
+    size = keys.max(axis=0, initial=0) + 1
+    if float(np.prod(size.astype(float))) < 2.0**62:
+        numbered: Ints = np.ravel_multi_index(tuple(keys.T), tuple(size))
+        return numbered
+    number: Ints = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+    return number
+
+
+def bounds(shape: SeenSurface) -> tuple[Floats, Floats]:
+    """The corners of the box that holds a surface at all times, m."""
+    every = [shape.position] if shape.frames is None else [shape.position, shape.frames.reshape(-1, 3)]
+    low = np.min([X.min(axis=0) for X in every], axis=0)
+    high = np.max([X.max(axis=0) for X in every], axis=0)
+    return low, high
+
+
+def packed(name: str, shape: SeenSurface, mesh: int) -> dict[str, Any]:
+    """A surface as `shapes.js` reads it: positions in 1/65535 of the box, errors in 1/65535 of the largest."""
+    low, high = bounds(shape)
+    span = np.where(high > low, high - low, 1.0)
+    found: dict[str, Any] = {
+        "name": name,
+        "points": len(shape.position),
+        "mesh": mesh,
+        "low": low.tolist(),
+        "high": (low + span * (high > low)).tolist(),
+        "position": shorts((shape.position - low) / span),
+    }
+    if shape.frames is not None and shape.times is not None:
+        found |= {"times": shape.times.tolist(), "frames": shorts((shape.frames - low) / span)}
+    if shape.labels:
+        found["labels"] = shape.labels
+    if shape.error is not None:
+        most = float(shape.error.max(initial=0.0))
+        found |= {
+            "error": shorts(shape.error / (most or 1.0)),
+            "most": most,
+            "against": shape.measured_from or "",
+        }
+    return found
+
+
+def packed_triangles(triangles: Ints) -> dict[str, Any]:
+    """Indices of points, in 16 bits where they fit."""
+    wide = int(triangles.max(initial=0)) > FINEST
+    return {"wide": wide, "triangles": _base64(triangles.astype("<u4" if wide else "<u2"))}
+
+
+def shorts(shares: Floats) -> str:
+    """Numbers between 0 and 1 in 16 bits each."""
+    return _base64(np.clip((shares * FINEST).round(), 0, FINEST).astype("<u2"))
+
+
+def _base64(array: NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+
+
+def step_of(shapes: Mapping[str, SeenSurface]) -> float:
+    """The largest step between two positions that the page can tell apart, m."""
+    return max((float(np.ptp(bounds(s), axis=0).max()) / FINEST for s in shapes.values()), default=0.0)

@@ -1,0 +1,78 @@
+"""Rigid bodies beside the shapes of a figure: what the page has of them, how much room they take, and what is said.
+
+A picture is as large as the bodies that deform and some room around them: of a rigid body that reaches farther, such as
+the floor of a scene, the rest runs out of the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.report.page.html_markup import several
+from softmark.interpreter.report.view3d.compact_surfaces import Floats, bounds, packed_triangles, shorts
+from softmark.interpreter.results.run_report import SeenInstrument, SeenSurface
+from softmark.records import dataclass
+
+AROUND = 0.35  # of the diagonal of all bodies: the room for rigid ones on each side
+
+
+@dataclass(frozen=True)
+class Room:
+    """A box (3,), m, in which pictures are."""
+
+    low: Floats
+    high: Floats
+
+    def positions(self, shape: SeenSurface) -> list[Floats]:
+        """Points (n, 3) of the rigid bodies beside a shape at all times, m: what is outside at its edge."""
+        each = ((own, i) for own in shape.instruments for i in range(len(own.turns)))
+        return [self.within(own.at(i)) for own, i in each]
+
+    def within(self, X: Floats) -> Floats:
+        """Points (n, 3), m, those outside at its edge."""
+        return np.clip(X, self.low, self.high)
+
+
+def room_of(shapes: Iterable[SeenSurface]) -> Room:
+    """The room of bodies that deform at all times, and some around it."""
+    ends = [bounds(shape) for shape in shapes]
+    low, high = np.min([a for a, _ in ends], axis=0), np.max([b for _, b in ends], axis=0)
+    more = AROUND * float(np.linalg.norm(high - low))
+    return Room(low - more, high + more)
+
+
+def packed_instruments(shapes: Mapping[str, SeenSurface]) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+    """What `instruments.js` draws from: for the figure the surfaces, each once, and for each shape where they are."""
+    known: dict[bytes, int] = {}
+    surfaces: list[dict[str, Any]] = []
+    each: dict[str, dict[str, Any]] = {}
+    for name, shape in shapes.items():
+        places = []
+        for own in shape.instruments:
+            key = own.X.tobytes() + own.triangles.tobytes() + own.name.encode()
+            if key not in known:
+                known[key] = len(surfaces)
+                surfaces.append(_surface(own))
+            places.append({"of": known[key], "turns": own.turns.reshape(-1, 9).tolist(), "shifts": own.shifts.tolist()})
+        each[name] = {"instruments": places}
+    room = room_of(shapes.values())
+    return {"instruments": surfaces, "room": [room.low.tolist(), room.high.tolist()]}, each
+
+
+def _surface(own: SeenInstrument) -> dict[str, Any]:
+    low, high = own.X.min(axis=0), own.X.max(axis=0)
+    span = np.where(high > low, high - low, 1.0)
+    found = {"name": own.name, "points": len(own.X), "low": low.tolist(), "span": span.tolist()}
+    return found | {"position": shorts((own.X - low) / span)} | packed_triangles(own.triangles)
+
+
+def caption(shapes: Iterable[SeenSurface], moment: str) -> str:
+    """That rigid bodies are seen through."""
+    names = [f"`{name}`" for name in dict.fromkeys(own.name for shape in shapes for own in shape.instruments)]
+    if not names:
+        return ""
+    verb = "is rigid, and drawn" if len(names) == 1 else "are rigid, and drawn"
+    return f" {several(names)} {verb} translucent, where {'it is' if len(names) == 1 else 'they are'}{moment}."

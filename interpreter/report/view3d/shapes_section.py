@@ -1,0 +1,360 @@
+"""Figure 2 of Marchal et al. (2008): every deformed shape under one camera, with its error as colour."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.number_formatting import grouped, quantity, scale_of, signed
+from softmark.interpreter.report.charts.line_chart import sample
+from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
+from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, crowded, data_table, details
+from softmark.interpreter.report.page.html_markup import count, plain, prose, section, several, tag, text
+from softmark.interpreter.report.run.report_bodies import bodies
+from softmark.interpreter.report.run.report_summary import Findings, Result
+from softmark.interpreter.report.run.tables.line_probes import drawn_first, looks
+from softmark.interpreter.report.view3d import rigid_bodies_view
+from softmark.interpreter.report.view3d.compact_surfaces import (
+    POINTS,
+    ROOM,
+    Floats,
+    Small,
+    fit,
+    notes_of,
+    packed,
+    packed_triangles,
+    step_of,
+)
+from softmark.interpreter.report.view3d.shapes_toolbar import DECADES, FigureKind, colour_bar, time_bar, toolbar
+from softmark.interpreter.report.view3d.still_picture import CameraView, seen_box, still
+from softmark.interpreter.report.view3d.view_camera import letters, view_of
+from softmark.interpreter.results.run_report import SeenSurface
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.report.view3d.surface_fields import CarriedColours
+
+PANELS = 24  # of more shapes than this only some models are shown at first
+CLIP = 95.0  # percentile of the points of one shape
+FAR = 3.0  # a shape with errors so many times the usual ones does not set the colours
+STAGE = "Shapes of all models. Arrow keys turn them, plus and minus zoom, 0 starts again, space plays."
+STATISTICS = ("mean", "median", "95 %", "largest")
+
+
+def section_of(findings: Findings, points: int = POINTS, room: int = ROOM, stills: bool = True) -> str:
+    """The figure, surfaces of at most so many points, all in about so many bytes; empty where nothing has a shape.
+
+    With `stills` there are pictures for readers without scripts.
+    """
+    given = {n: r.shape for n, r in _ordered(findings) if r.shape is not None and _drawable(r.shape)}
+    if not given:
+        return ""
+    kept, figures = fit(given, points, room).shapes, []
+    for number, body in enumerate(bodies(findings)):
+        own = {n: shape for n, shape in kept.items() if n in body.results}
+        if own:
+            small = Small(own, tuple(notes_of({n: given[n] for n in own}, own)))
+            figures.append(_Shapes(findings, small, f"-{number}" if number else "", body.name, stills).figure())
+    return section("shapes", "Shapes", *figures)
+
+
+def _ordered(findings: Findings) -> Iterator[tuple[str, Result]]:
+    """References first, as in the paper, then models."""
+    yield from findings.report.references.items()
+    yield from findings.report.models.items()
+
+
+def _drawable(shape: SeenSurface) -> bool:
+    """Whether a surface has triangles and only finite positions."""
+    known = bool(np.isfinite(shape.position).all())
+    return known and len(shape.triangles) > 0 and (shape.frames is None or bool(np.isfinite(shape.frames).all()))
+
+
+@dataclass(frozen=True)
+class _Shapes:
+    """The figure of all surfaces."""
+
+    findings: Findings
+    small: Small
+    key: str = ""  # the end of its ids
+    body: str = ""
+    stills: bool = True  # pictures for readers without scripts
+
+    @property
+    def shapes(self) -> Mapping[str, SeenSurface]:
+        """Who has a surface, as it is drawn."""
+        return self.small.shapes
+
+    @cached_property
+    def errors(self) -> dict[str, Floats]:
+        """Errors (n,) in m at all points, before thinning."""
+        shapes = ((n, self.findings.everyone[n].shape) for n in self.shapes)
+        return {n: s.error for n, s in shapes if s is not None and s.error is not None and len(s.error)}
+
+    @cached_property
+    def most(self) -> float:
+        """The largest error, m."""
+        return max((float(e.max()) for e in self.errors.values()), default=0.0)
+
+    @cached_property
+    def high(self) -> dict[str, float]:
+        """The error that CLIP per cent of the points do not exceed, m, by shape."""
+        return {n: float(np.percentile(e, CLIP)) for n, e in self.errors.items()}
+
+    @cached_property
+    def clipped(self) -> float:
+        """Where the scale of the usual errors ends, m: shapes that are FAR off do not count."""
+        usual = FAR * float(np.median(list(self.high.values()))) if self.high else 0.0
+        return max((h for h in self.high.values() if h <= usual), default=self.most)
+
+    @cached_property
+    def beyond(self) -> list[str]:
+        """The shapes that go far beyond the usual errors."""
+        return [n for n, h in self.high.items() if h > FAR / 2 * self.clipped]
+
+    @cached_property
+    def first(self) -> dict[str, SeenSurface]:
+        """What is shown at first: of many shapes references, and the models whose lines are drawn at first, too."""
+        if len(self.shapes) <= PANELS:
+            return dict(self.shapes)
+        models, chosen = self.findings.report.models, drawn_first(self.findings)
+        best = [n for n in chosen if n in self.shapes] or [n for n in self.shapes if n in models][:SHOWN]
+        return {n: s for n, s in self.shapes.items() if n in best or n not in models}
+
+    @cached_property
+    def view(self) -> CameraView:
+        """From where it is seen at first."""
+        return view_of(self.findings, self.shapes.values())
+
+    @cached_property
+    def against(self) -> str:
+        """What errors are measured from, in words."""
+        names = list(dict.fromkeys(s.measured_from for s in self.shapes.values() if s.measured_from))
+        return f"`{names[0]}`" if len(names) == 1 else "what each is compared with"
+
+    @cached_property
+    def dynamic(self) -> bool:
+        """Whether something moves."""
+        return any(s.frames is not None for s in self.shapes.values())
+
+    @cached_property
+    def carried(self) -> CarriedColours | None:
+        """Stress and contacts as colour; None of a scene that asks for none, and where nobody has any."""
+        given = {n: s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None}
+        if not any(c.values is not None for s in given.values() for c in s.carried):
+            return None
+        from softmark.interpreter.report.view3d.surface_fields import CarriedColours
+
+        return CarriedColours(given, self.shapes, _last(self.dynamic, self.in_states))
+
+    @property
+    def in_states(self) -> bool:
+        """Whether its frames are states, and no moments."""
+        return any(s.labels for s in self.shapes.values())
+
+    def figure(self) -> str:
+        """Controls, pictures, colour bar, caption, numbers."""
+        bar = colour_bar(self.most, self.clipped, f"distance from {plain(self.against)}") if self.errors else ""
+        unknown = tag(
+            "p",
+            f"{'Errors and what shapes carry' if self.carried else 'Errors'} are known "
+            f"{'in the last state' if self.in_states else 'at the end'} only: until then, colours tell models apart.",
+            class_="unknown quiet",
+            hidden=True,
+        )
+        carried = self.carried
+        numbers = details(
+            "Data of this figure", data_table("Data: errors of the shapes", self._columns()), self._save()
+        )
+        caption = tag("figcaption", tag("p", prose(self._caption())), numbers)
+        kind = FigureKind(self.key, bool(self.beyond), letters(self.view))
+        words = carried.words if carried else ()
+        controls = toolbar(self._names(), bool(self.errors), len(self.first) <= PANELS, self._ghosts(), kind, words)
+        time = time_bar("State" if self.in_states else "Time") if self.dynamic else ""
+        spoken = tag("div", class_="spoken", aria_live="polite")
+        bar += carried.bars() if carried else ""
+        bar += carried.still(self.first, self.view, self.key) if carried and self.stills else ""
+        heading = tag("h3", prose(f"`{self.body}`")) if self.body else ""
+        return heading + tag(
+            "figure", controls, self._stage(), self._still(), time, bar, unknown, spoken, caption, self._data(),
+            class_="shapes", id=f"figure-shapes{self.key}",
+        )  # fmt: skip
+
+    def _names(self) -> list[tuple[str, str, str, bool]]:
+        """(name, sample of its colour, classes, whether it is shown) of each shape."""
+        known = looks(self.findings.report)
+        return [(n, sample(known[n]), known[n].classes, n in self.first) for n in self.shapes]
+
+    def _ghosts(self) -> list[tuple[int, str, bool]]:
+        """(place, name, whether it is behind the others at first) of the references."""
+        references = self.findings.report.references
+        found = [(i, n) for i, n in enumerate(self.shapes) if n in references]
+        usual = next((n for _, n in found if f"`{n}`" == self.against), found[0][1] if found else "")
+        return [(i, n, n == usual) for i, n in found]
+
+    # -------------------------------------------------------------- pictures
+
+    def _stage(self) -> str:
+        low, high = seen_box(self.shapes, self.view)
+        width, height = (float(v) + 0.04 * float((high - low).max()) for v in high - low)
+        aspect = min(2.2, max(0.8, width / height if height > 0 else 2.2))
+        panels = tag("div", *(self._panel(*known) for known in self._names()), class_="panels")
+        everyone = tag(
+            "canvas",
+            class_="all",
+            role="img",
+            aria_label=plain(f"All shapes, one over the other. {self._ranking()}"),
+        )
+        columns = _columns_of(len(self.first))
+        return tag(
+            "div", panels, everyone, class_="stage", tabindex=0, role="group", aria_label=STAGE,
+            style=f"--aspect:{aspect:.3f};--columns:{columns};--narrow:{min(columns, 2)}",
+        )  # fmt: skip
+
+    def _panel(self, name: str, drawn: str, classes: str, shown: bool) -> str:
+        said = self._said(name)
+        canvas = tag("canvas", role="img", aria_label=plain(f"{name}: {said or 'the shape'}"))
+        label = tag("p", drawn, tag("b", text(name)), tag("small", text(said)) if said else "")
+        return tag("div", canvas, label, class_=f"panel {classes}", data_shown="yes" if shown else "no")
+
+    def _said(self, name: str) -> str:
+        """Mean and largest error in words."""
+        error = self.errors.get(name)
+        if error is None:
+            reference = self.findings.report.references.get(name)
+            return reference.about if reference else ""
+        return f"mean {quantity(float(error.mean()), 'm', 3)}, largest {quantity(float(error.max()), 'm', 3)}"
+
+    def _still(self) -> str:
+        words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
+        top = self.clipped if self.beyond else self.most
+        if not self.stills or (self.carried and not self.errors):
+            return ""
+        return tag("noscript", still(self.first, self.view, top, words, f"shapes{self.key}"))
+
+    def _data(self) -> str:
+        """What `shapes.js` draws from."""
+        meshes: dict[bytes, int] = {}
+        packs, triangles = [], []
+        for name, shape in self.shapes.items():
+            key = shape.triangles.tobytes()
+            if key not in meshes:
+                meshes[key] = len(meshes)
+                triangles.append(packed_triangles(shape.triangles))
+            packs.append(packed(name, shape, meshes[key]) | (self.carried.packed(name) if self.carried else {}))
+        beside: dict[str, Any] = {}
+        if any(shape.instruments for shape in self.shapes.values()):
+            beside, places = rigid_bodies_view.packed_instruments(self.shapes)
+            packs = [pack | places[name] for name, pack in zip(self.shapes, packs, strict=True)]
+        data = (
+            {
+                "view": (self.view.turn, self.view.tilt),
+                "frame": self.view.frame.tolist(),
+                "most": self.most,
+                "clipped": self.clipped,
+                "decades": DECADES,
+                "meshes": triangles,
+                "shapes": packs,
+            }
+            | ({"carried": self.carried.data()} if self.carried else {})
+            | beside
+        )
+        return tag("script", json.dumps(data).replace("<", "\\u003c"), type="application/json")
+
+    # -------------------------------------------------------------- words
+
+    def _each(self) -> str:
+        return "; ".join(f"{n}: {said}" for n in self.shapes if (said := self._said(n))) + "."
+
+    def _ranking(self) -> str:
+        """Who stays closest, and who departs most."""
+        means = {n: float(e.mean()) for n, e in self.errors.items() if n in self.findings.report.models}
+        if not means:
+            return f"{count(len(self.shapes), 'shape')}, without errors."
+        least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
+        said = f"On average `{least}` is {quantity(means[least], 'm', 3)} from {self._from(least)}"
+        rest = f", `{most}` {quantity(means[most], 'm', 3)}" if most != least else ""
+        return f"{said}{rest}."
+
+    def _from(self, name: str) -> str:
+        return f"`{against}`" if (against := self.shapes[name].measured_from) else "its reference"
+
+    def _caption(self) -> str:
+        seen = "All shapes are seen by one camera and drawn to one scale; drag to turn them."
+        colour = ""
+        if self.errors:
+            colour = f" Colour is the distance from {self.against}, one scale for all.{self._cut()}"
+        models = self.findings.report.models
+        bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
+        plainly = f" {several(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
+        step = quantity(step_of(self.shapes), "m", 2)
+        if self.carried:
+            plainly += self.carried.caption(bool(self.errors))
+        moment = "" if not self.dynamic else " in each state" if self.in_states else " at every moment"
+        plainly += rigid_bodies_view.caption(self.shapes.values(), moment)
+        notes = " ".join(["", *self.small.notes])
+        total, first = (len([n for n in known if n in models]) for known in (self.shapes, self.first))
+        shown = crowded(total, first, "boxes")
+        return f"{self._ranking()} {seen}{colour}{plainly} In this page positions are rounded to {step}.{notes}{shown}"
+
+    def _cut(self) -> str:
+        """Who goes beyond the scale of usual errors."""
+        if not self.beyond:
+            return ""
+        names, clip = several([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
+        verb = "goes" if len(self.beyond) == 1 else "go"
+        return f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
+
+    # -------------------------------------------------------------- numbers
+
+    def _columns(self) -> list[PlateColumn]:
+        scale = scale_of((self.most,), "m")
+        names = [(n,) for n in self.shapes]
+        sizes = [(grouped(len(s.position)), grouped(len(s.triangles))) for s in self._given]
+        cells = []
+        for n in self.shapes:
+            found = _statistics(self.errors[n]) if n in self.errors else ()
+            cells.append(tuple(signed(f"{v / scale.factor:.4g}") for v in found) or ("–",) * len(STATISTICS))
+        heads = tuple(scale.heading(s) for s in STATISTICS)
+        return [
+            PlateColumn("shape", ("shape",), names),
+            PlateColumn("size", ("points", "triangles"), sizes),
+            PlateColumn("error", heads, cells),
+            *(self.carried.columns() if self.carried else ()),
+        ]
+
+    @property
+    def _given(self) -> list[SeenSurface]:
+        return [s for n in self.shapes if (s := self.findings.everyone[n].shape) is not None]
+
+    def _save(self) -> str:
+        header = ["name", "points", "triangles", "measured from", *(f"{s} error [m]" for s in STATISTICS)]
+        header += self.carried.header() if self.carried else []
+        rows: list[list[Cell]] = []
+        for name, shape in zip(self.shapes, self._given, strict=True):
+            found: list[Cell] = [None] * len(STATISTICS)
+            if name in self.errors:
+                found = [short(v) for v in _statistics(self.errors[name])]
+            rows.append([name, len(shape.position), len(shape.triangles), shape.measured_from, *found])
+            rows[-1] += self.carried.row(name) if self.carried else []
+        button = tag("button", "CSV of all points, as drawn now", type="button", class_="points live")
+        return csv_link(f"shapes-errors{self.key}", header, rows) + button
+
+
+def _last(dynamic: bool, in_states: bool) -> str:
+    """When stress is known of shapes that move, in words."""
+    return ("in the last state" if in_states else "at the last moment") if dynamic else ""
+
+
+def _columns_of(panels: int) -> int:
+    """Columns that leave few gaps in the last row."""
+    return panels if panels <= 4 else 3 if panels in (5, 6, 9) else 5 if panels > 16 else 4
+
+
+def _statistics(error: Floats) -> tuple[float, ...]:
+    """Mean, median, 95th percentile and largest, m."""
+    return float(error.mean()), float(np.median(error)), float(np.percentile(error, 95.0)), float(error.max())

@@ -1,0 +1,134 @@
+"""Buttons and boxes of the figure of shapes: what to lay out how, in which colours, from where, and when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.charts.chart_axes import Axis, linear
+from softmark.interpreter.report.charts.viridis import gradient
+from softmark.interpreter.report.page.html_markup import tag, text
+from softmark.records import dataclass
+
+DECADES = 3  # of the logarithmic scale
+MORE = " (the lightest colour stands for all that is more)"
+LESS = " (the darkest colour stands for all that is less)"
+VIEWS = (
+    (0, 2, "0 0"),
+    (1, 2, "90 0"),
+    (0, 1, "0 90"),
+)  # places in the frame, to the right and upwards; turn and tilt
+
+
+@dataclass(frozen=True)
+class FigureKind:
+    """What sets one figure of a page apart: the end of its names, whether few shapes dwarf others, its axes."""
+
+    key: str
+    clipped: bool
+    axes: str  # letters of the level directions and of the upward one
+
+
+def toolbar(
+    names: Sequence[tuple[str, str, str, bool]],
+    errors: bool,
+    beside: bool,
+    ghosts: Sequence[tuple[int, str, bool]],
+    kind: FigureKind,
+    carried: Sequence[str] = (),
+) -> str:
+    """What readers choose by; hidden where no script runs. `carried`: numbers of stress that colours can stand for."""
+    key, first = kind.key, 0 if beside else 1
+    groups = [_choice("Layout", f"layout{key}", (("beside", "Side by side"), ("overlaid", "Overlaid")), first)]
+    colours = ((("error", "Error"),) if errors else ()) + (("own", "By model"),)
+    colours += (("carried", _kinds(carried)),) if carried else ()
+    if len(colours) > 1:
+        groups.append(_choice("Colour", f"colour{key}", colours, first if errors else 1))
+    if errors:
+        scales = (("full", "Largest"), ("clipped", "Usual"), ("log", "Log"))
+        groups.append(_choice("Scale", f"range{key}", scales, 1 if kind.clipped else 0))
+    groups.append(_choice("Scale", f"span{key}", (("whole", "Largest"), ("usual", "Usual")), 1) if carried else "")
+    groups.append(_behind(ghosts) if ghosts else "")
+    groups.append(_numbers(carried) if len(carried) > 1 else "")
+    groups.append(_view(kind.axes))
+    who = tag("fieldset", tag("legend", "Shown"), *(_who(*known) for known in names), class_="who legend")
+    return tag("div", *groups, who, class_="toolbar live")
+
+
+def _choice(legend: str, name: str, options: Sequence[tuple[str, str]], first: int) -> str:
+    boxes = [
+        tag(
+            "label",
+            tag("input", type="radio", name=name, value=value, checked=i == first),
+            tag("span", words),
+        )
+        for i, (value, words) in enumerate(options)
+    ]
+    return tag("fieldset", tag("legend", legend), tag("div", *boxes, class_="segments"))
+
+
+def _kinds(carried: Sequence[str]) -> str:
+    """`Stress, strain`."""
+    return ", ".join(dict.fromkeys(words.partition(" ")[0] for words in carried)).capitalize()
+
+
+def _numbers(carried: Sequence[str]) -> str:
+    """Which of several numbers is the colour."""
+    options = [tag("option", text(words), value=f"n{i}") for i, words in enumerate(carried)]
+    return tag("div", tag("label", tag("span", _kinds(carried)), tag("select", *options)), class_="behind number")
+
+
+def _behind(ghosts: Sequence[tuple[int, str, bool]]) -> str:
+    """The reference that is drawn in grey behind each shape."""
+    options = [tag("option", "nothing", value="")]
+    options += [tag("option", text(name), value=str(i), selected=first) for i, name, first in ghosts]
+    label = tag("label", tag("span", "Grey, behind"), tag("select", *options))
+    return tag("div", label, class_="behind")
+
+
+def _view(axes: str) -> str:
+    zooms = (("out", "−", "Zoom out"), ("in", "+", "Zoom in"), ("home", "Reset", None))
+    planes = [(f"{axes[a]}–{axes[b]}", angles) for a, b, angles in VIEWS]
+    buttons = [
+        tag("button", name, type="button", data_view=angles, aria_label=f"View of {name}") for name, angles in planes
+    ]
+    buttons += [tag("button", sign, type="button", data_zoom=act, aria_label=words) for act, sign, words in zooms]
+    return tag("fieldset", tag("legend", "View"), tag("div", *buttons, class_="segments"))
+
+
+def _who(name: str, drawn: str, classes: str, shown: bool) -> str:
+    box = tag("input", type="checkbox", value=name, checked=shown)
+    return tag("label", box, drawn, tag("span", text(name)), class_=classes.split()[0])
+
+
+def time_bar(name: str) -> str:
+    """The slider of time, or of states, and its button."""
+    play = tag("button", "Play", type="button", class_="play")
+    slider = tag("input", type="range", min=0, max=1000, value=1000, step=1)
+    label = tag("label", tag("span", text(name)), slider)
+    return tag("div", play, label, tag("output", "end"), class_="time live")
+
+
+def colour_bar(most: float, clipped: float, name: str) -> str:
+    """The colours with their errors, once for each range; the style sheet shows the one that is chosen."""
+    top, cut = most or 1e-9, clipped or most or 1e-9
+    scales = scale_below(linear(0.0, top, name, "m", 6), "full", "")
+    scales += scale_below(linear(0.0, cut, name, "m", 6), "clipped", MORE)
+    low = top * 10.0**-DECADES
+    whole = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(top) + 1e-9) + 1)
+    decades = tuple((10.0**k, quantity(10.0**k, "m", 3)) for k in whole)
+    scales += scale_below(Axis(low, top, f"{name}, logarithmic", decades, log=True), "log", LESS)
+    return tag("div", colours(), scales, class_="colour-bar")
+
+
+def colours() -> str:
+    """The colours from the least to the most."""
+    return tag("div", class_="colours", style=f"background:{gradient()}", aria_hidden="true")
+
+
+def scale_below(axis: Axis, kind: str, ends: str) -> str:
+    """The ticks of the colours, their name, and what stands for values beyond them."""
+    ticks = [tag("span", text(label), style=f"left:{100 * axis.at(value):.2f}%") for value, label in axis.ticks]
+    marks = tag("div", *ticks, class_="marks")
+    return tag("div", marks, tag("p", text(axis.label + ends)), class_=f"scale {kind}".strip())

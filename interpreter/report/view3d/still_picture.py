@@ -1,0 +1,110 @@
+"""The shapes as one still picture, for readers without JavaScript: coarse polygons, back to front."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from softmark.interpreter.report.charts.viridis import viridis
+from softmark.interpreter.report.page.html_markup import plain, tag, text
+from softmark.interpreter.report.view3d.compact_surfaces import Floats, thinned
+from softmark.interpreter.report.view3d.rigid_bodies_view import room_of
+from softmark.interpreter.results.run_report import SeenSurface
+from softmark.records import dataclass
+
+POLYGONS = 400  # of one shape
+CELL, GAP, NAME = 230.0, 14.0, 24.0  # pixels
+COLUMNS = 4
+SEEN_THROUGH = 0.5  # of rigid bodies
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """Turn and tilt in degrees in a frame (3, 3) whose last row points upwards, against gravity."""
+
+    turn: float
+    tilt: float
+    frame: Floats
+
+
+def frame_of(up: Floats) -> Floats:
+    """Two level directions and the upward one (3, 3), right-handed, along axes: the axis nearest to `up`."""
+    k = int(np.abs(up).argmax())
+    sign = 1.0 if up[k] > 0 else -1.0
+    unit = np.eye(3)
+    first, second = unit[(k + 1) % 3], unit[(k + 2) % 3]
+    return np.stack([first, second, unit[k]]) if sign > 0 else np.stack([second, first, -unit[k]])
+
+
+def axes_of(view: CameraView) -> Floats:
+    """Directions to the right, upwards and towards the reader (3, 3)."""
+    yaw, pitch = math.radians(view.turn), math.radians(view.tilt)
+    s, c, u, v = math.sin(yaw), math.cos(yaw), math.sin(pitch), math.cos(pitch)
+    level: Floats = np.array([[c, s, 0.0], [-s * u, c * u, v], [s * v, -c * v, u]]) @ view.frame
+    return level
+
+
+def seen_box(shapes: Mapping[str, SeenSurface], view: CameraView) -> tuple[Floats, Floats]:
+    """The corners (2,) of what the reader sees of all shapes at all times, m."""
+    axes, flat, room = axes_of(view)[:2].T, [], room_of(shapes.values())
+    for shape in shapes.values():
+        flat += [X @ axes for X in (shape.position, *(() if shape.frames is None else shape.frames))]
+        flat += [X @ axes for X in room.positions(shape) if len(X)]  # what the plane misses has no outline there
+    return np.min([X.min(axis=0) for X in flat], axis=0), np.max([X.max(axis=0) for X in flat], axis=0)
+
+
+def still(
+    shapes: Mapping[str, SeenSurface], view: CameraView, most: float, words: tuple[str, str], key: str = "shapes"
+) -> str:
+    """An SVG with a panel for each shape, `most` m being the top of the colours; `words`: title and description.
+
+    `key` is the start of its ids.
+    """
+    low, high = seen_box(shapes, view)
+    scale = CELL / max(float((high - low).max()), 1e-12)
+    height = float(high[1] - low[1]) * scale + NAME + GAP
+    columns = min(COLUMNS, len(shapes))
+    rows = -(-len(shapes) // columns)
+    panels, room = [], room_of(shapes.values())
+    for i, (name, shape) in enumerate(shapes.items()):
+        x, y = (i % columns) * (CELL + GAP), (i // columns) * height
+        inside = _polygons(thinned(shape, POLYGONS, triangles=True), view, low, high, scale, most)
+        for own in shape.instruments:
+            beside = thinned(SeenSurface(room.within(own.at(-1)), own.triangles), POLYGONS, triangles=True)
+            inside += tag("g", _polygons(beside, view, low, high, scale, most), opacity=SEEN_THROUGH)
+        label = tag("text", text(name), x=f"{CELL / 2:.0f}", y=f"{height - GAP:.0f}", text_anchor="middle")
+        panels.append(tag("g", inside, label, transform=f"translate({x:.0f} {y:.0f})"))
+    title = tag("title", text(plain(words[0])), id=f"{key}-t")
+    desc = tag("desc", text(plain(words[1])), id=f"{key}-d")
+    box = f"0 0 {columns * (CELL + GAP):.0f} {rows * height:.0f}"
+    return tag("svg", title, desc, *panels, role="img", aria_labelledby=f"{key}-t {key}-d", viewBox=box)
+
+
+def _polygons(shape: SeenSurface, view: CameraView, low: Floats, high: Floats, scale: float, most: float) -> str:
+    """Triangles that face the reader, the furthest first."""
+    axes = axes_of(view)
+    X = shape.position @ axes.T  # (n, 3) right, up, near
+    corners = X[shape.triangles]  # (t, 3, 3)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    front = np.flatnonzero(normal[:, 2] > 0)
+    order = front[np.argsort(corners[front, :, 2].mean(axis=1))]
+    flat = (corners[:, :, :2] - [low[0], high[1]]) * [scale, -scale]
+    shade = np.abs(normal @ [-0.32, 0.5, 0.8]) / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    return "".join(_polygon(flat[i], float(shade[i]), _error(shape, i), most) for i in order)
+
+
+def _error(shape: SeenSurface, facet: int) -> float | None:
+    return None if shape.error is None else float(shape.error[shape.triangles[facet]].mean())
+
+
+def _polygon(corners: Floats, shade: float, error: float | None, most: float) -> str:
+    points = " ".join(f"{x:.0f},{y:.0f}" for x, y in corners)
+    fill = viridis(error / most if most else 0.0) if error is not None else _grey(shade)
+    return f'<polygon points="{points}" fill="{fill}" stroke="{fill}"/>'
+
+
+def _grey(shade: float) -> str:
+    level = round(105 + 95 * shade)
+    return f"#{level:02x}{level:02x}{level:02x}"

@@ -1,0 +1,230 @@
+"""Stress, strain and contacts as the colour of shapes, where a scene asks for them: one scale for all models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language.number_formatting import quantity, scale_of
+from softmark.interpreter.report.charts.chart_axes import linear
+from softmark.interpreter.report.page.embedded_csv import Cell, short
+from softmark.interpreter.report.page.figure_frame import PlateColumn
+from softmark.interpreter.report.page.html_markup import several, tag
+from softmark.interpreter.report.view3d.compact_surfaces import Floats, shorts
+from softmark.interpreter.report.view3d.shapes_toolbar import colours, scale_below
+from softmark.interpreter.report.view3d.still_picture import CameraView, still
+from softmark.interpreter.results.run_report import CarriedNumber, SeenSurface
+from softmark.records import dataclass
+
+USUAL = 95.0  # per cent of the points of each shape that the scale holds at first
+FAR = 3.0  # a shape with numbers so many times the usual ones does not set the colours
+FLAT = 1e-6  # of what tensors of the body come to: less than that is rounding, and gets one colour
+ENDS = " (the colours of the ends stand for all that is more or less)"
+STATISTICS = ("least", "mean", "largest")
+
+
+@dataclass(frozen=True)
+class CarriedScale:
+    """One number of all models: what it is, and the ends of its colours, of all points and of the usual ones."""
+
+    kind: CarriedNumber
+    whole: tuple[float, float]
+    usual: tuple[float, float]
+
+    def amount(self, value: float) -> str:
+        """In words, with digits enough to tell the ends apart."""
+        low, high = self.whole
+        digits = 3 if high - low > 0.02 * max(abs(low), abs(high)) else 6
+        return quantity(value, self.kind.unit, digits, percent=True)
+
+
+def scale_over(numbers: list[CarriedNumber]) -> CarriedScale | None:
+    """The scale of what several models carry; None where none of them has it."""
+    known = [n.values for n in numbers if n.values is not None and len(n.values)]
+    if not known:
+        return None
+    least, most = min(float(v.min()) for v in known), max(float(v.max()) for v in known)
+    tails = [(0.5 * (100.0 - USUAL), 0.5 * (100.0 + USUAL))] * len(known)
+    usual_of = [_told(v) for v in known] if numbers[0].partly else known
+    ends = [tuple(float(e) for e in np.percentile(v, tail)) for v, tail in zip(usual_of, tails, strict=True)]
+    sizes = [max(abs(low), abs(high)) for low, high in ends]
+    usual = [e for e, size in zip(ends, sizes, strict=True) if size <= FAR * float(np.median(sizes))]
+    floor = FLAT * max(n.size for n in numbers) or 1e-12
+    low, high = min(low for low, _ in usual), max(high for _, high in usual)
+    return CarriedScale(numbers[0], _apart(least, most, floor), _apart(low, high, floor))
+
+
+def _told(values: Floats) -> Floats:
+    """Values (n,) where there is something, and of nothing as much as makes it an end of what is usual."""
+    some = values[values != 0.0]
+    return np.concatenate([np.zeros(2 + len(some) // 10), some]) if len(some) else values
+
+
+def _apart(low: float, high: float, floor: float) -> tuple[float, float]:
+    """Ends of a scale that are no closer than rounding."""
+    if high - low > floor:
+        return low, high
+    middle, half = 0.5 * (low + high), max(0.05 * abs(low + high), floor)
+    return middle - half, middle + half
+
+
+@dataclass(frozen=True)
+class CarriedColours:
+    """What is in a figure beside the errors. `given` are shapes with all points, `shapes` those that are drawn."""
+
+    given: Mapping[str, SeenSurface]
+    shapes: Mapping[str, SeenSurface]
+    when: str  # they are known, of shapes that move
+
+    @cached_property
+    def models(self) -> dict[str, SeenSurface]:
+        """Who is asked."""
+        return {n: s for n, s in self.given.items() if s.carried}
+
+    @cached_property
+    def known(self) -> dict[int, CarriedScale]:
+        """The scales of the numbers that somebody has, by which of those that are asked for they are."""
+        asked = range(max((len(s.carried) for s in self.models.values()), default=0))
+        found = ((i, scale_over([s.carried[i] for s in self.models.values()])) for i in asked)
+        return {i: scale for i, scale in found if scale is not None}
+
+    @property
+    def places(self) -> list[int]:
+        """Which of the numbers somebody has."""
+        return list(self.known)
+
+    @property
+    def scales(self) -> list[CarriedScale]:
+        """Of each number that somebody has."""
+        return list(self.known.values())
+
+    @property
+    def words(self) -> list[str]:
+        """Of each number."""
+        return [scale.kind.words for scale in self.scales]
+
+    def bars(self) -> str:
+        """A colour bar for each number, with both ranges; a script shows the one that is chosen."""
+        found = []
+        for i, scale in enumerate(self.scales):
+            ranges = _below(scale, scale.whole, "whole", "") + _below(scale, scale.usual, "usual", ENDS)
+            bar = tag("div", colours(), ranges, class_="colour-bar carried live", data_number=i, hidden=i > 0)
+            found.append(bar)
+        return "".join(found)
+
+    def still(self, first: Mapping[str, SeenSurface], view: CameraView, key: str) -> str:
+        """The first number as one picture with its colours, for readers without a script."""
+        scale = self.scales[0]
+        low, high = scale.usual
+        shown = {n: _tinted(s, self.places[0], low) for n, s in first.items() if s.carried}
+        words = f"Shapes after deformation, by {scale.kind.words}", " ".join(self._said(n) for n in shown)
+        bar = tag("div", colours(), _below(scale, scale.usual, "", ENDS), class_="colour-bar")
+        picture = still(shown, view, high - low, words, f"shapes{key}-carried") if shown else ""
+        return tag("noscript", picture, bar)
+
+    def _said(self, name: str) -> str:
+        return f"{name}: {self._range(name, 0)}."
+
+    def _range(self, name: str, place: int) -> str:
+        """From the least to the most of a shape."""
+        values, scale = self.given[name].carried[self.places[place]].values, self.scales[place]
+        if values is None:
+            return f"no {scale.kind.words}"
+        ends = (scale.amount(float(v)) for v in (values.min(), values.max()))
+        return " to ".join(dict.fromkeys(ends))
+
+    def data(self) -> list[dict[str, Any]]:
+        """The scales as `carried.js` reads them."""
+        found = []
+        for scale in self.scales:
+            ratio = scale.kind.unit == "1"
+            shown = scale_of(scale.whole, scale.kind.unit, percent=ratio)
+            named = {"words": scale.kind.words, "unit": scale.kind.unit, "whole": scale.whole, "usual": scale.usual}
+            found.append(named | {"factor": shown.factor, "symbol": shown.unit})
+        return found
+
+    def packed(self, name: str) -> dict[str, Any]:
+        """Values of a shape in 1/65535 of their range, beside what else a page has of it."""
+        if name not in self.models:
+            return {}
+        found: list[dict[str, Any] | None] = []
+        for place, i in enumerate(self.places):
+            values = self.shapes[name].carried[i].values
+            if values is None:
+                found.append(None)
+                continue
+            low, high = float(values.min()), float(values.max())
+            shares = shorts((values - low) / ((high - low) or 1.0))
+            found.append({"values": shares, "low": low, "high": high, "said": self._range(name, place)})
+        return {"carried": found}
+
+    def caption(self, errors: bool) -> str:
+        """What colours stand for, beside `errors` where there are any, who has none, and what to trust of them."""
+        asked = []
+        for scale in self.scales:
+            by = several([f"`{m}`" for m in scale.kind.metrics])
+            asked.append(f"{scale.kind.words} (metric{'s' if len(scale.kind.metrics) > 1 else ''} {by})")
+        said = " Colour can also be " if errors else " Colour is one of " if len(asked) > 1 else " Colour is "
+        said += f"{several(asked)}, recovered at the points of the surface{f', {self.when}' if self.when else ''},"
+        said += f" one scale for all models: it holds {USUAL:.0f}\u00a0% of the points of each at first."
+        return said + "".join(f" {sentence}" for sentence in (*self._without(), *self._limits(), *self._coarse()))
+
+    def _without(self) -> Iterator[str]:
+        reasons: dict[tuple[str, str], list[str]] = {}
+        for name, shape in self.models.items():
+            for number in shape.carried:
+                if number.reason is not None:
+                    every = all(n.reason == number.reason for n in shape.carried)
+                    reasons.setdefault((number.reason, "" if every else number.words), []).append(f"`{name}`")
+        for (reason, words), names in reasons.items():
+            yield f"{several(list(dict.fromkeys(names)))}{f', {words},' if words else ''} cannot be coloured: {reason}."
+
+    def _limits(self) -> Iterator[str]:
+        for place in dict.fromkeys(n.limitless for s in self.models.values() for n in s.carried if n.limitless):
+            yield f"At {place} stress has no limit (W388): colours there show what each mesh allows."
+
+    def _coarse(self) -> Iterator[str]:
+        for name, shape in self.models.items():
+            share = max(n.apart for n in shape.carried)
+            if share > 0.0:
+                yield f"Cells of `{name}` do not agree at {max(1, round(100 * share))}\u00a0% of the points (W387)."
+
+    def columns(self) -> list[PlateColumn]:
+        """Least, mean and largest of each number, for the table."""
+        found = []
+        for i, scale in self.known.items():
+            unit = scale_of(scale.whole, scale.kind.unit, percent=scale.kind.unit == "1")
+            rows = [self._statistics(n, i) for n in self.given]
+            cells = [tuple("–" if v is None else unit.text(v, 4) for v in row) for row in rows]
+            found.append(PlateColumn(scale.kind.words, tuple(unit.heading(s) for s in STATISTICS), cells))
+        return found
+
+    def header(self) -> list[str]:
+        """Of the columns of the file."""
+        return [f"{s} {scale.kind.words} [{scale.kind.unit}]" for scale in self.scales for s in STATISTICS]
+
+    def row(self, name: str) -> list[Cell]:
+        """Of a shape, in SI."""
+        found = (v for i in self.places for v in self._statistics(name, i))
+        return [None if v is None else short(v) for v in found]
+
+    def _statistics(self, name: str, i: int) -> tuple[float | None, float | None, float | None]:
+        carried = self.given[name].carried
+        values: Floats | None = carried[i].values if carried else None
+        if values is None:
+            return None, None, None
+        return float(values.min()), float(values.mean()), float(values.max())
+
+
+def _below(scale: CarriedScale, ends: tuple[float, float], kind: str, words: str) -> str:
+    return scale_below(linear(*ends, scale.kind.words, scale.kind.unit, 6), kind, words)
+
+
+def _tinted(shape: SeenSurface, i: int, low: float) -> SeenSurface:
+    """A shape whose error is how far the number is above the low end of the colours: what a still picture draws."""
+    values = shape.carried[i].values
+    return replace(shape, error=None if values is None else values - low)

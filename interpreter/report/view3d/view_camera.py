@@ -1,0 +1,38 @@
+"""From where shapes are seen at first: gravity points down on the screen, and the bend lies in the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from softmark.interpreter.report.run.report_summary import Findings
+from softmark.interpreter.report.view3d.compact_surfaces import Floats
+from softmark.interpreter.report.view3d.still_picture import CameraView, frame_of
+from softmark.interpreter.results.run_report import SeenSurface
+from softmark.interpreter.vocabulary import BODIES
+
+TURN, TILT = 26.0, 16.0  # degrees
+LETTERS = "xyz"
+PLANE = frozenset(word for word, body in BODIES.items() if body.planar)  # of bodies that lie in the plane of x and y
+
+
+def view_of(findings: Findings, shapes: Iterable[SeenSurface]) -> CameraView:
+    """The first view: the longer level direction runs from left to right; plane bodies lie in the picture."""
+    names = findings.report.names
+    if (own := names.of_kind("body")) and all(names.declared[name].word in PLANE for name in own):
+        return CameraView(0.0, 90.0, np.eye(3))
+    frame = frame_of(upward(findings))
+    every = np.concatenate([s.position for s in shapes]) @ frame.T
+    across, deep, _ = np.ptp(every, axis=0)
+    return CameraView(TURN if across >= deep else 90.0 - TURN, TILT, frame)
+
+
+def letters(view: CameraView) -> str:
+    """The names of the level directions and of the upward one: `xyz`, `zxy`."""
+    return "".join(LETTERS[int(np.abs(row).argmax())] for row in view.frame)
+
+
+def upward(findings: Findings) -> Floats:
+    """The direction (3,) against gravity; z where there is no gravity."""
+    return 0.0 - np.array(findings.report.names.down)  # without the sign of a zero

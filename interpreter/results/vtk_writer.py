@@ -1,0 +1,199 @@
+"""Meshes and surfaces as files for ParaView: undeformed points with displacements, and surfaces with errors.
+
+Where bodies touch, meshes have the pressure on the surface and the gap of each contact at their nodes. Where a scene
+asks for stress, they have it at their nodes as well, and porous bodies the pressure of their fluid; where constants of
+materials vary in space, cells have their means of them, in SI.
+
+A mesh is anything with `points` (n, 3) m, `cells` (m, a), `kind` (an element's word, nodes in VTK's order) and
+`displacement` (n, 3) m; `times` (t,) s and `frames` (t, n, 3) m where there is a history. ParaView's filter Warp By
+Vector with `displacement` shows the deformed body.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.results.atomic_files import folder_within, replace, replacing
+from softmark.interpreter.results.run_report import ModelResult, ReferenceResult, Report, SeenSurface
+from softmark.solvers.elements import element_of
+
+Floats = NDArray[np.float64]
+OWN = ("surface", "end")  # what files of a model itself end with: no rigid body's
+# which meshio 5 writes, and has left out of this table of its own
+meshio._mesh.topological_dimension.setdefault("wedge15", 3)
+
+
+def write_vtu(report: Report, folder: str | Path) -> list[Path]:
+    """Write vtu/NAME.vtu for each mesh and vtu/NAME-surface.vtu for each surface, in m; their paths.
+
+    Rigid bodies beside it are vtu/NAME-BALL.vtu each.
+
+    What has a history gets a file for each moment and NAME.pvd, which ParaView opens as one animation; what has states
+    a file for each that has an answer, with the value of the state in place of the time.
+    Raises OSError; UnknownElement for a kind of cell that is none.
+    """
+    target = folder_within(Path(folder), "vtu")
+    written: list[Path] = []
+    taken: set[str] = set()
+    for outcome in report.outcomes:
+        name = _file_name(outcome.name, taken)
+        if outcome.states:
+            written += _in_states(target, name, outcome)
+            continue
+        if isinstance(outcome, ModelResult) and outcome.mesh is not None:
+            written += _mesh(target, name, outcome)
+        if outcome.shape is not None:
+            written += _surface(target, f"{name}-surface", outcome.shape)
+            written += _beside(target, name, outcome.shape, outcome.shape.times)
+    return written
+
+
+def _file_name(name: str, taken: set[str]) -> str:
+    """The name with nothing in it that a file system minds, and not one that another has."""
+    base = re.sub(r"[^\w.-]+", "_", name)[:80].strip(".") or "unnamed"
+    own, n = base, 1
+    while own.lower() in taken:
+        own, n = f"{base}-{n + 1}", n + 1
+    taken.add(own.lower())
+    return own
+
+
+def _mesh(target: Path, name: str, outcome: ModelResult) -> list[Path]:
+    """Undeformed points with the displacement at the end or, with a history, at each moment; stress at the end."""
+    mesh: Any = outcome.mesh
+    stress, constants = outcome.stress, _constants(outcome)
+    X, cells = np.asarray(mesh.points), [(element_of(mesh.kind).meshio, np.asarray(mesh.cells))]
+    times, frames, last = mesh.times, mesh.frames, {"displacement": np.asarray(mesh.displacement)}
+    known = ({} if stress is None else _stress(stress)) | _fluid(mesh) | _pressed(outcome)
+    if times is None or frames is None:
+        return [_write(target / f"{name}.vtu", X, cells, last | known, constants)]
+    states = ((X, {"displacement": np.asarray(u)}) for u in frames)
+    files = _series(target, name, times, cells, states, constants)
+    return [*files, *([_write(target / f"{name}-end.vtu", X, cells, last | known, constants)] if known else [])]
+
+
+def _in_states(target: Path, name: str, outcome: ModelResult | ReferenceResult) -> list[Path]:
+    """A mesh and a surface for each state that has an answer."""
+    each: Sequence[Any] = outcome.each
+    pairs, written = list(zip(outcome.states, each, strict=True)), list[Path]()
+    solved = [(s, r) for s, r in pairs if isinstance(r, ModelResult) and r.mesh is not None]
+    if solved:
+        first = solved[0][1].mesh
+        cells = [(element_of(first.kind).meshio, np.asarray(first.cells))]
+        data = ((np.asarray(r.mesh.points), _at_nodes(r)) for _, r in solved)
+        written += _series(target, name, np.array([s for s, _ in solved]), cells, data, _constants(solved[0][1]))
+    seen = [(s, r.shape) for s, r in pairs if r.shape is not None]
+    if seen:
+        errors = ((x.position, {} if x.error is None else {"error": x.error}) for _, x in seen)
+        triangles, values = [("triangle", seen[0][1].triangles)], np.array([s for s, _ in seen])
+        written += _series(target, f"{name}-surface", values, triangles, errors)
+        if outcome.shape is not None and outcome.shape.labels:  # else some state has no shape: those of the last alone
+            written += _beside(target, name, outcome.shape, values)
+    return written
+
+
+def _at_nodes(result: ModelResult) -> dict[str, Floats]:
+    """Displacements of a state of rest, and stress where it is asked for."""
+    known = {} if result.stress is None else _stress(result.stress)
+    return {"displacement": np.asarray(result.mesh.displacement)} | known | _fluid(result.mesh) | _pressed(result)
+
+
+def _fluid(mesh: Any) -> dict[str, Floats]:
+    """The pressure of the fluid at the nodes of a porous body, Pa; nothing of another."""
+    found = getattr(mesh, "pore_pressure", None)
+    return {} if found is None else {"pore_pressure": np.asarray(found)}
+
+
+def _pressed(result: ModelResult) -> dict[str, Floats]:
+    """The pressure on the surface, Pa, and the gap, m, of each contact at the nodes; nothing where there is none."""
+    fields = {name: own.touch.field for name, own in result.contacts.items()}
+    known = {name: field.at_nodes for name, field in fields.items() if field is not None}
+    return {f"{name}_{word}": values for name, own in known.items() for word, values in own.items()}
+
+
+def _constants(result: ModelResult) -> dict[str, Floats]:
+    """What varies in space, of each cell."""
+    found: dict[str, Floats] = {} if result.constants is None else result.constants()
+    return found
+
+
+def _stress(stress: Any) -> dict[str, Floats]:
+    """Cauchy stress at the nodes, Pa: xx yy zz xy yz zx, as ParaView takes symmetric tensors, and von Mises.
+
+    Nothing where it has none: the metrics that ask for it say why.
+    """
+    from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+
+    try:
+        field = stress()
+        return {"stress": field.at_nodes().six, "von_mises": field.von_mises(), "strain": field.strain()}
+    except NoStress:
+        return {}
+
+
+def _surface(target: Path, name: str, shape: SeenSurface) -> list[Path]:
+    """The deformed surface, with its error at the end where there is one."""
+    cells = [("triangle", shape.triangles)]
+    error = {} if shape.error is None else {"error": shape.error}
+    if shape.times is None or shape.frames is None:
+        return [_write(target / f"{name}.vtu", shape.position, cells, error)]
+    start = shape.frames[0]
+    states = ((x, {"displacement": x - start}) for x in shape.frames)
+    return [
+        *_series(target, name, shape.times, cells, states),
+        *([_write(target / f"{name}-end.vtu", shape.position, cells, error)] if error else []),
+    ]
+
+
+def _beside(target: Path, name: str, shape: SeenSurface, times: Floats | None) -> list[Path]:
+    """The rigid bodies that a model may touch, NAME-BALL.vtu, or a file for each moment or state."""
+    written: list[Path] = []
+    taken = {f"{name}-{word}".lower() for word in OWN}
+    for own in shape.instruments:
+        file, triangles = _file_name(f"{name}-{own.name}", taken), [("triangle", own.triangles)]
+        if times is None or len(own.turns) == 1:
+            written.append(_write(target / f"{file}.vtu", own.at(-1), triangles, {}))
+        else:
+            written += _series(target, file, times, triangles, ((own.at(i), {}) for i in range(len(times))))
+    return written
+
+
+def _series(
+    target: Path,
+    name: str,
+    times: Floats,
+    cells: Sequence[tuple[str, Any]],
+    states: Iterator[tuple[Floats, dict[str, Floats]]],
+    of_cells: Mapping[str, Floats] | None = None,
+) -> list[Path]:
+    """A file for each moment and the collection that names them with their times."""
+    files = [_write(target / f"{name}-{i:04d}.vtu", X, cells, data, of_cells) for i, (X, data) in enumerate(states)]
+    entries = "".join(
+        f'    <DataSet timestep="{float(t)!r}" part="0" file={quoteattr(file.name)}/>\n'
+        for t, file in zip(times, files, strict=True)
+    )
+    collection = target / f"{name}.pvd"
+    replace(
+        collection,
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n'
+        f"  <Collection>\n{entries}  </Collection>\n</VTKFile>\n",
+    )
+    return [collection, *files]
+
+
+def _write(
+    path: Path, X: Floats, cells: Sequence[tuple[str, Any]], data: dict[str, Floats],
+    of_cells: Mapping[str, Floats] | None = None,
+) -> Path:  # fmt: skip
+    known = {name: [values] for name, values in (of_cells or {}).items()}
+    with replacing(path) as part:
+        meshio.Mesh(X, list(cells), point_data=data, cell_data=known).write(part)
+    return path

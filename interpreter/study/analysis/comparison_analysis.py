@@ -1,0 +1,320 @@
+"""`analyse`: everything that a comparison says about its points; SI, None with a reason."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from softmark.interpreter.results.json_records import Json, Plain
+from softmark.interpreter.study.analysis.comparison_advice import (
+    Advice,
+    Disagreement,
+    Question,
+    advise,
+    disagreements,
+    remarks_of,
+)
+from softmark.interpreter.study.analysis.comparison_point import (
+    UNKNOWNS,
+    ComparedPoint,
+    against_of,
+    clock_of,
+    error_metrics,
+    unit_of,
+)
+from softmark.interpreter.study.analysis.configuration_pairs import Distances, Lever, distances, levers
+from softmark.interpreter.study.analysis.pareto_front import (
+    RATES,
+    Judged,
+    Reached,
+    Within,
+    best_within,
+    effort_to,
+    judge,
+    levels_of,
+    pareto,
+)
+from softmark.interpreter.study.analysis.refinement_convergence import LineOrders, orders_of
+from softmark.interpreter.study.analysis.refinement_lines import RefinementLine, lines_of
+from softmark.interpreter.study.analysis.study_results import Answer, Study, front, settling
+from softmark.interpreter.study.configurations.task_outcome import SolvedReference
+from softmark.interpreter.vocabulary.study_words import Pareto
+from softmark.records import dataclass
+
+References = Mapping[str, SolvedReference]  # by name
+
+
+@dataclass(frozen=True)
+class Terms(Plain):
+    """On what terms configurations are compared."""
+
+    allow_contaminated: bool = False  # disturbed timings count as well
+    rates: tuple[float, ...] = RATES  # Hz
+    clock: str | None = None  # cpu_s or wall_s; None: CPU time, and the number of unknowns where nothing was timed
+
+    @classmethod
+    def from_json(cls, known: Json | None) -> Terms:
+        """By name, with defaults."""
+        known = known or {}
+        return cls(bool(known.get("allow_contaminated")), tuple(known.get("rates") or RATES), known.get("clock"))
+
+    def entries(self) -> Mapping[str, object]:
+        """Without the clock, which each scene has its own of."""
+        return {"allow_contaminated": self.allow_contaminated, "rates": self.rates}
+
+
+# ------------------------------------------------------------------ what is found
+
+
+@dataclass(frozen=True)
+class AtLevel(Plain):
+    """What a line needs to get to a level of an error; or why it does not get there, and the least that it has."""
+
+    line: str
+    reached: Reached | None
+    reason: str | None = None
+    least_error: float | None = None
+
+    def entries(self) -> Mapping[str, object]:
+        """With the effort, or the reason."""
+        if (own := self.reached) is not None:
+            return {"line": self.line, "effort": own.effort, "interpolated": own.interpolated, "keys": own.between}
+        why = {"reason": self.reason, "least_error": self.least_error}
+        return {"line": self.line, "effort": None, "interpolated": False, **why}
+
+
+@dataclass(frozen=True)
+class Level(Plain):
+    """What every line needs to get to one level of an error."""
+
+    level: float
+    lines: list[AtLevel]
+    best: str | None  # the line that needs least
+
+
+@dataclass(frozen=True)
+class ErrorAnalysis(Plain):
+    """One error of a scene: who is on the front, what levels take, and who is best within a frame."""
+
+    unit: str
+    against: str
+    judged: Judged
+    front: list[str]  # keys
+    levels: list[Level]
+    rates: list[Within]
+
+    @property
+    def uncertainty(self) -> float:
+        """That of the reference; 0 where none is stated."""
+        return self.judged.uncertainty
+
+    def entries(self) -> Mapping[str, object]:
+        """With those that do not count."""
+        left_out = [{"key": k, "label": label, "reason": why} for k, (label, why) in self.judged.left_out.items()]
+        return {
+            "unit": self.unit, "against": self.against, "uncertainty": self.uncertainty or None,
+            "effort": UNKNOWNS if self.judged.clock == UNKNOWNS else "s", "front": self.front, "left_out": left_out,
+            "levels": self.levels, "rates": self.rates,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Failure(Plain):
+    """A configuration (kind model) or a reference without a solution, with what happened."""
+
+    kind: str
+    label: str
+    key: str | None
+    status: str
+    message: str | None
+
+
+@dataclass(frozen=True)
+class TimingQuality(Plain):
+    """How good the timings are: what was disturbed, how many runs were left out, what was flagged how often."""
+
+    timed: int
+    of: int  # configurations
+    contaminated: list[str]  # labels
+    excluded_runs: int
+    least_runs: int | None
+    most_runs: int | None
+    flags: dict[str, int]
+
+
+@dataclass(frozen=True)
+class SceneAnalysis(Plain):
+    """What is said of configurations that compete: those of a scene, at one value of what changes the problem."""
+
+    scene: str
+    problem: Mapping[str, str]
+    answers: list[Answer]
+    clock: str
+    displacement_scale: float | None  # m
+    lines: list[RefinementLine]
+    metrics: dict[str, ErrorAnalysis]
+    failures: list[Failure]
+    distances: Distances
+    levers: list[Lever]
+    orders: list[LineOrders]
+    timing: TimingQuality
+    disagreements: list[Disagreement]
+    advice: list[Advice]
+
+    def entries(self) -> Mapping[str, object]:
+        """All but the advice, which stands before the scenes."""
+        return {name: value for name, value in super().entries().items() if name != "advice"}
+
+
+@dataclass(frozen=True)
+class Analysis(Plain):
+    """The analysis of `softmark-compare/1`, by parts (`Point.part`): only configurations of one part compete."""
+
+    options: Terms
+    scenes: dict[str, SceneAnalysis]
+
+    @property
+    def advice(self) -> list[Advice]:
+        """That of all scenes."""
+        return [advice for own in self.scenes.values() for advice in own.advice]
+
+    def entries(self) -> Mapping[str, object]:
+        """The advice comes first."""
+        return {"options": self.options, "advice": self.advice, "scenes": self.scenes}
+
+
+# ------------------------------------------------------------------ how it is found
+
+
+def analyse(
+    points: Sequence[ComparedPoint],
+    references: Mapping[str, References],
+    studies: Mapping[str, Mapping[str, Study]] | None = None,
+    terms: Terms | None = None,
+) -> Analysis:
+    """By scenes; where a sweep changes what errors are measured from, by its values as well.
+
+    References are by parts, studies by scenes.
+    """
+    own: dict[str, list[ComparedPoint]] = {part: [] for part in (*(p.part for p in points), *references)}
+    for p in points:
+        own[p.part].append(p)
+    agreed = terms or Terms()
+    return Analysis(
+        agreed, {part: _scene(part, own, references.get(part) or {}, studies or {}, agreed) for part in own}
+    )
+
+
+def _scene(
+    part: str,
+    parts: Mapping[str, Sequence[ComparedPoint]],
+    references: References,
+    studies: Mapping[str, Mapping[str, Study]],
+    terms: Terms,
+) -> SceneAnalysis:
+    points = parts[part]
+    first = points[0] if points else None
+    clock = clock_of(points, terms.clock)
+    metrics, lines = error_metrics(points), lines_of(points)
+    judged = {m: judge(points, m, clock, terms.allow_contaminated) for m in metrics}
+    orders = [found for line in lines if (found := orders_of(line, metrics, points)) is not None]
+    doubts = {m: {key: d for o in orders if (d := o.doubt_of(m)) for key in o.line.keys} for m in metrics}
+    scale = displacement_scale(points, references)
+    questions = [_question(part, judged[m], points, scale, doubts[m]) for m in metrics]
+    return SceneAnalysis(
+        scene=first.scene if first else part,
+        problem=first.problem if first else {},
+        answers=_answers(part, parts, studies.get(first.scene) or {}, clock, terms) if first else [],
+        clock=clock,
+        displacement_scale=scale,
+        lines=lines,
+        metrics={q.metric: _error_analysis(q, lines, terms.rates) for q in questions},
+        failures=failures(points, references),
+        distances=distances(points, references),
+        levers=levers(points, metrics, clock),
+        orders=orders,
+        timing=timing(points),
+        disagreements=disagreements(judged),
+        advice=[advise(q) for q in questions],
+    )
+
+
+def _answers(
+    part: str, parts: Mapping[str, Sequence[ComparedPoint]], asked: Mapping[str, Study], clock: str, terms: Terms
+) -> list[Answer]:
+    """Answers to what a scene asks: who beats whom for each part, how a metric settles once, over all of them."""
+    scene = parts[part][0].scene
+    own = {name: points for name, points in parts.items() if points and points[0].scene == scene}
+    found: list[Answer] = []
+    for name, study in asked.items():
+        if isinstance(study, Pareto):
+            found.append(front(name, study, own[part], clock, terms.allow_contaminated))
+        elif part == next(iter(own)):
+            found.append(settling(name, study, [p for points in own.values() for p in points]))
+    return found
+
+
+def _question(
+    part: str, judged: Judged, points: Sequence[ComparedPoint], scale: float | None, doubts: Mapping[str, str]
+) -> Question:  # fmt: skip
+    metric = judged.metric
+    unit = unit_of(points, metric) or "1"
+    levels = levels_of(unit, scale, [e for p in points if (e := p.error(metric)) is not None])
+    remarks = {p.key: remarks_of(p) for p in points}
+    return Question(part, metric, unit, against_of(points, metric) or "", levels, judged, doubts, remarks)
+
+
+def displacement_scale(points: Sequence[ComparedPoint], references: References) -> float | None:
+    """The largest displacement of a reference's probes, m; of the points' where references have none."""
+    for owners in ([r.probes for r in references.values()], [p.probes for p in points if p.solved]):
+        moved = [u for probes in owners for probe in probes.values() for u in probe.displacement]
+        largest = max((sum(c * c for c in u) ** 0.5 for u in moved), default=0.0)
+        if largest > 0:
+            return float(largest)
+    return None
+
+
+def _error_analysis(question: Question, lines: Sequence[RefinementLine], rates: Sequence[float]) -> ErrorAnalysis:
+    judged = question.judged
+    return ErrorAnalysis(
+        question.unit, question.against, judged, [c.key for c in pareto(judged.candidates.values())],
+        [_level(level, lines, judged) for level in question.levels],
+        [best_within(float(hz), judged) for hz in rates],
+    )  # fmt: skip
+
+
+def _level(level: float, lines: Sequence[RefinementLine], judged: Judged) -> Level:
+    found = [_at_level(level, line, judged) for line in lines]
+    efforts = [(own.reached.effort.median, own.line) for own in found if own.reached is not None]
+    return Level(level, found, min(efforts, key=lambda pair: pair[0])[1] if efforts else None)
+
+
+def _at_level(level: float, line: RefinementLine, judged: Judged) -> AtLevel:
+    found = effort_to(level, line, judged)
+    if isinstance(found, Reached):
+        return AtLevel(line.name, found)
+    errors = [judged.candidates[key].measured for key in line.keys if key in judged.candidates]
+    return AtLevel(line.name, None, found, min(errors, default=None))
+
+
+def failures(points: Sequence[ComparedPoint], references: References) -> list[Failure]:
+    """Configurations and references without a solution."""
+    found = [Failure("model", p.label, p.key, p.status, p.message) for p in points if not p.solved]
+    lost = {name: r for name, r in references.items() if r.status != "converged"}
+    return found + [Failure("reference", name, None, r.status, r.message) for name, r in lost.items()]
+
+
+def timing(points: Sequence[ComparedPoint]) -> TimingQuality:
+    """Of all points that were timed."""
+    flags: dict[str, int] = {}
+    for flag in (flag for p in points for flag in p.cost.flags):
+        flags[flag] = flags.get(flag, 0) + 1
+    runs = [int(p.cost.runs) for p in points if p.cost.runs]
+    return TimingQuality(
+        timed=sum(p.timed for p in points),
+        of=len(points),
+        contaminated=[p.label for p in points if p.cost.contaminated],
+        excluded_runs=sum(p.cost.excluded_runs for p in points),
+        least_runs=min(runs, default=None),
+        most_runs=max(runs, default=None),
+        flags=flags,
+    )

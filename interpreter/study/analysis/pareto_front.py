@@ -1,0 +1,266 @@
+"""Which configurations are worth their time: the Pareto front, the time to an error, the error within a frame.
+
+The rules, for one error of one scene:
+
+- a point counts if it was solved, has an error and an effort, and was not disturbed while it was timed;
+- an error below the uncertainty of its reference counts as that uncertainty: below it nobody beats anybody;
+- a point is on the front unless another one takes no longer *and* errs no more, and is better in one of the two;
+- between two neighbouring points of one line the error is taken as straight in the logarithms, nowhere else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+
+from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.study.analysis.comparison_point import (
+    INSIDE_OUT,
+    READ,
+    UNKNOWNS,
+    ComparedPoint,
+    Spread,
+    uncertainty_of,
+)
+from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
+from softmark.records import dataclass
+
+RATES = (25.0, 300.0, 1000.0)  # Hz: pictures, tissue that is cut, forces that are felt
+RELATIVE = (0.1, 0.05, 0.01)
+DISTURBED = "its timing was disturbed"
+STATUS = {
+    "not_converged": "it did not converge", "diverged": "it diverged", "failed": "it failed",
+    "skipped": "it was skipped", "unsupported": "its program cannot compute it", "timed_out": "it ran out of time",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Candidate(Plain):
+    """A point that counts: its effort, and its error raised to what the reference can tell."""
+
+    key: str
+    label: str
+    model: str
+    effort: Spread
+    error: float
+    measured: float
+    capped: bool = False
+    contaminated: bool = False
+    frame: Spread | None = None
+
+    @property
+    def within(self) -> bool:
+        """Whether its error is no more than the reference leaves open."""
+        return self.measured < self.error
+
+    def beats(self, other: Candidate) -> bool:
+        """Whether it takes no longer, errs no more, and is better in one of the two."""
+        no_worse = self.effort.median <= other.effort.median and self.error <= other.error
+        return no_worse and (self.effort.median < other.effort.median or self.error < other.error)
+
+    def entries(self) -> Mapping[str, object]:
+        """What advice rests on."""
+        return {
+            "key": self.key, "label": self.label, "model": self.model, "effort": self.effort, "error": self.measured,
+            "within_uncertainty": self.within, "capped": self.capped, "contaminated": self.contaminated,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The points of one scene by one error: those that count, and why the others do not."""
+
+    metric: str
+    clock: str
+    uncertainty: float
+    candidates: dict[str, Candidate]  # by key
+    left_out: dict[str, tuple[str, str]]  # key -> (label, reason)
+
+
+def judge(points: Sequence[ComparedPoint], metric: str, clock: str, allow_contaminated: bool = False) -> Judged:
+    """Sort out the points of one scene."""
+    uncertainty = uncertainty_of(points, metric)
+    judged = Judged(metric, clock, uncertainty, {}, {})
+    first = {p.key: p for p in reversed(points)}  # of one configuration in several studies, the first gives the label
+    for key in dict.fromkeys(p.key for p in points):
+        found = _candidate(first[key], metric, clock, uncertainty, allow_contaminated)
+        if isinstance(found, Candidate):
+            judged.candidates[key] = found
+        else:
+            judged.left_out[key] = first[key].label, found
+    return judged
+
+
+def _candidate(
+    point: ComparedPoint, metric: str, clock: str, uncertainty: float, allow_contaminated: bool
+) -> Candidate | str:  # fmt: skip
+    """A point as one that counts, or why it does not."""
+    error, effort = point.error(metric), point.effort(clock)
+    if not point.solved:
+        return STATUS.get(point.status, f"it is {point.status.replace('_', ' ')}")
+    if point.inverted:
+        return INSIDE_OUT
+    if error is None:
+        return point.metric(metric).reason or f"{metric} was not measured"
+    if effort is None:
+        return _why_no_effort(point, clock)
+    if point.cost.contaminated and not allow_contaminated:
+        return DISTURBED
+    return Candidate(
+        point.key, point.label, point.model, effort, max(error, uncertainty), error,
+        point.status == "capped", point.cost.contaminated, point.cost.frame,
+    )  # fmt: skip
+
+
+def _why_no_effort(point: ComparedPoint, clock: str) -> str:
+    if point.status == READ:
+        return "it was read from a file: nobody timed it here"
+    if clock != UNKNOWNS:
+        return "it was not timed"
+    return "the unknowns of a reduced model say nothing of its cost" if point.reduced else "its size is not known"
+
+
+# ------------------------------------------------------------------ the front
+
+
+def pareto(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Those that none beats, the quickest first; of equals, all. O(n log n)."""
+    ordered = sorted(candidates, key=lambda c: (c.effort.median, c.error))
+    front: list[Candidate] = []
+    for c in ordered:
+        last = front[-1] if front else None
+        same = last is not None and (last.effort.median, last.error) == (c.effort.median, c.error)
+        if last is None or c.error < last.error or same:
+            front.append(c)
+    return front
+
+
+# ------------------------------------------------------------------ time to an error
+
+
+@dataclass(frozen=True)
+class Reached:
+    """The effort after which a line's error is at or below a level; `between` are the keys where it is interpolated."""
+
+    effort: Spread
+    between: tuple[str, ...]  # one key: a computed point
+
+    @property
+    def interpolated(self) -> bool:
+        """Whether it lies between two computed points."""
+        return len(self.between) > 1
+
+
+def effort_to(level: float, line: RefinementLine, judged: Judged) -> Reached | str:
+    """The least effort at which a line is at or below a level, or why it never is.
+
+    Between neighbours a, b of the line log t = log ta + s (log tb - log ta), s = log(level / ea) / log(eb / ea).
+    """
+    if level < judged.uncertainty:
+        return "the reference is not known that well"
+    members = [judged.candidates.get(key) for key in line.keys]
+    usable = [c for c in members if c is not None]
+    if not usable:
+        return _why_none(line, judged)
+    found = [Reached(c.effort, (c.key,)) for c in usable if c.error <= level]
+    found += [r for a, b in pairwise(members) if (r := _crossing(level, a, b)) is not None]
+    if not found:
+        return "it stays above"
+    return min(found, key=lambda r: r.effort.median)
+
+
+def _why_none(line: RefinementLine, judged: Judged) -> str:
+    reasons = dict.fromkeys(judged.left_out[key][1] for key in line.keys if key in judged.left_out)
+    return "; ".join(reasons) or "it has no points"
+
+
+def _crossing(level: float, a: Candidate | None, b: Candidate | None) -> Reached | None:
+    """Where a stretch between two neighbours crosses a level."""
+    if a is None or b is None or a.error <= 0 or b.error <= 0:
+        return None
+    if not min(a.error, b.error) < level < max(a.error, b.error):
+        return None
+    s = (math.log(level) - math.log(a.error)) / (math.log(b.error) - math.log(a.error))
+    low, middle, high = (_between(x, y, s) for x, y in _sides(a.effort, b.effort))
+    return Reached(Spread(middle, low, high), (a.key, b.key))
+
+
+def _sides(a: Spread, b: Spread) -> list[tuple[float, float]]:
+    return [(a.q1, b.q1), (a.median, b.median), (a.q3, b.q3)]
+
+
+def _between(x: float, y: float, s: float) -> float:
+    return math.exp((1 - s) * math.log(x) + s * math.log(y)) if x > 0 and y > 0 else 0.0
+
+
+def levels_of(unit: str, scale: float | None, errors: Iterable[float]) -> list[float]:
+    """Errors that people ask for, the largest first: 10, 5 and 1 % of what a plain number is relative to, or lengths
+    near 10, 5 and 1 % of `scale`, the largest displacement; in other units, powers of ten among the errors."""
+    if unit in ("1", ""):
+        return list(RELATIVE)
+    if unit == "m" and scale:
+        return list(dict.fromkeys(near_round(part * scale) for part in RELATIVE))
+    positive = [e for e in errors if e > 0]
+    if not positive:
+        return []
+    low, high = (math.floor(math.log10(f(positive))) for f in (min, max))
+    return [float(f"1e{k}") for k in range(high, low - 1, -1)][:3]
+
+
+def near_round(value: float) -> float:
+    """The 1, 2 or 5 times a power of ten that is nearest by ratio."""
+    decade = math.floor(math.log10(value))
+    choices = [float(f"{m}e{decade + k}") for k in (0, 1) for m in (1, 2, 5)]
+    return min(choices, key=lambda c: abs(math.log(c / value)))
+
+
+# ------------------------------------------------------------------ the error within a frame
+
+
+@dataclass(frozen=True)
+class Within(Plain):
+    """The least error that fits a frame with its third quartile, who has it, and who comes next."""
+
+    hz: float
+    best: Candidate | None
+    runner_up: Candidate | None
+    reason: str | None = None
+    unsure: tuple[str, ...] = ()  # labels whose median fits and whose third quartile does not
+    takes: Spread | None = None  # seconds that the best takes
+
+    @property
+    def margin(self) -> float | None:
+        """The part of the frame that the best leaves."""
+        return None if self.takes is None else 1.0 - self.takes.q3 * self.hz
+
+    def entries(self) -> Mapping[str, object]:
+        """What there is none of is left out."""
+        best, other, found = self.best, self.runner_up, {"hz": self.hz, "frame_s": 1.0 / self.hz, "key": None}
+        own: dict[str, object] = {**found, "reason": self.reason, "unsure": self.unsure}
+        if best is not None:
+            own |= {"key": best.key, "label": best.label, "error": best.measured, "within_uncertainty": best.within}
+            own |= {"takes": self.takes, "margin": self.margin}
+        if other is not None:
+            own["runner_up"] = {"key": other.key, "label": other.label, "error": other.measured}
+        return own
+
+
+def best_within(hz: float, judged: Judged) -> Within:
+    """The most accurate whose frame, third quartile included, is no longer than 1/hz; of equals, the quickest."""
+    framed = [(c, c.frame) for c in judged.candidates.values() if c.frame is not None]
+    limit = 1.0 / hz
+    fitting = [(c.error, f.median, c.key, c) for c, f in framed if f.q3 <= limit]
+    unsure = tuple(c.label for c, f in framed if f.median <= limit < f.q3)
+    if not fitting:
+        return Within(hz, None, None, _too_slow(framed), unsure)
+    ranked = [c for *_, c in sorted(fitting, key=lambda entry: entry[:3])]
+    other = next((c for c in ranked if c.model != ranked[0].model), None)
+    return Within(hz, ranked[0], other, None, unsure, ranked[0].frame)
+
+
+def _too_slow(framed: Sequence[tuple[Candidate, Spread]]) -> str:
+    if not framed:
+        return "nothing that counts was timed"
+    c, frame = min(framed, key=lambda pair: pair[1].q3)
+    return f"the quickest, `{c.label}`, takes {1e3 * frame.q3:.3g} ms"

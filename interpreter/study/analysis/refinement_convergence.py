@@ -1,0 +1,195 @@
+"""What the refinement of a line tells: order of its errors, limit of its displacements, and whether to rely on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import takewhile
+
+from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, Fineness, uncertainty_of, unit_of
+from softmark.interpreter.study.analysis.refinement_lines import RefinementLine
+from softmark.records import dataclass
+from softmark.references.convergence_orders import ErrorOrder, Refined, order_of_errors, refined, unlike
+
+AXES = "xyz"
+TARGETS = ("size", "segments", "step")  # fields that decide how finely a thing is solved
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Solved members of a line that differ in how finely they are solved, and in nothing else."""
+
+    target: str  # size, segments or step
+    formal: float | None  # order in displacements that theory gives it
+    members: list[tuple[float, ComparedPoint]]  # h, coarse to fine: of cells that of the mesh, in any unit
+    unlike: str | None  # why its meshes are not similar, if they are not
+
+
+@dataclass(frozen=True)
+class ErrorTrend(Plain):
+    """The order of a line's errors; `cut`: finer members are left out, being within the reference's uncertainty."""
+
+    unit: str | None
+    cut: bool
+    order: ErrorOrder
+
+    def entries(self) -> Mapping[str, object]:
+        """What is known of the order beside the rest."""
+        return {"unit": self.unit, "cut": self.cut, **self.order.to_json()}
+
+
+@dataclass(frozen=True)
+class Limit(Plain):
+    """Where something tends to as a line refines: the displacement of a probe's point that moves furthest, m; without
+    such probes, and of what they do not tell, such as forces, the value of a metric."""
+
+    of: str
+    kind: str  # probe or metric
+    what: str
+    unit: str | None
+    finest: float | None
+    refined: Refined
+
+    def entries(self) -> Mapping[str, object]:
+        """What is known of the limit beside the rest."""
+        own = {self.kind: self.of, "what": self.what, "unit": self.unit}
+        return {**own, "finest": self.finest, **self.refined.to_json()}
+
+    @property
+    def doubt(self) -> str | None:
+        """Why it is not to be relied upon, None where it is; of a metric with its name."""
+        if self.refined.asymptotic:
+            return None
+        why = str(self.refined.doubt or self.refined.reason)
+        return f"of `{self.of}` itself: {why}" if self.kind == "metric" else why
+
+
+@dataclass(frozen=True)
+class LineOrders(Plain):
+    """Orders of every error, and limits, along a line; `doubt` where they are not to be relied upon."""
+
+    line: RefinementLine
+    refinement: Refinement
+    doubt: str | None
+    errors: Mapping[str, ErrorTrend]
+    limits: list[Limit]
+
+    @property
+    def asymptotic(self) -> bool:
+        """Whether they can be relied upon."""
+        return self.doubt is None
+
+    def doubt_of(self, metric: str) -> str | None:
+        """The same of one metric: of forces, and where no displacements are shared, its own values alone decide."""
+        own = [limit for limit in self.limits if limit.kind == "metric"]
+        return next((limit.doubt for limit in own if limit.of == metric), self.doubt)
+
+    def entries(self) -> Mapping[str, object]:
+        """With what the line is, and what it refines."""
+        return {
+            "line": self.line.name, "model": self.line.model, "study": self.line.study, "varied": self.line.varied,
+            "refines": self.refinement.target, "formal": self.refinement.formal,
+            "asymptotic": self.asymptotic, "doubt": self.doubt, "reason": None,
+            "members": len(self.refinement.members), "errors": self.errors, "limits": self.limits,
+        }  # fmt: skip
+
+
+def orders_of(line: RefinementLine, metrics: Sequence[str], points: Sequence[ComparedPoint]) -> LineOrders | None:
+    """What a line tells; None for a single configuration and for what is no refinement: there is nothing to rely on."""
+    found = refinement_of(line)
+    if isinstance(found, str):
+        return None
+    probes = [_limit(found, probe) for probe in _shared([p for _, p in found.members])]
+    alone = [m for m in metrics if not probes or any(p.metric(m).by_itself for _, p in found.members)]
+    values = {m: _tends(found, m) for m in alone}
+    limits = probes or [own for own in values.values() if own is not None]
+    nothing = [] if limits else ["its members share neither a probe nor a metric"]
+    doubt = next(iter([*nothing, *(d for limit in limits if (d := limit.doubt) is not None)]), None)
+    limits = [*probes, *(own or _unknown(m) for m, own in values.items())] if probes else limits
+    return LineOrders(line, found, doubt, {m: _errors(found.members, m, points) for m in metrics}, limits)
+
+
+def refinement_of(line: RefinementLine) -> Refinement | str:
+    """What a line refines, or why it is no refinement: its number must decide a size, segments or a step alone."""
+    if line.varied is None:
+        return "one configuration tells no order"
+    solved = [(p, p.fineness) for p in line.members if p.solved and p.fineness]
+    if not solved:
+        return "none of its members has a solution"
+    if len({fine.problem for _, fine in solved}) > 1:
+        return f"`{line.varied}` changes what is solved, not how finely"
+    decided = [t for t in TARGETS if len({fine.of.get(t) for _, fine in solved}) > 1]
+    if len(decided) != 1:
+        what = "no size, no segments and no step" if not decided else f"{' and '.join(decided)} at once"
+        return f"`{line.varied}` decides {what}"
+    return _refinement(decided[0], solved)
+
+
+def _refinement(target: str, solved: Sequence[tuple[ComparedPoint, Fineness]]) -> Refinement:
+    formal = {fine.formal.get(target) for _, fine in solved}
+    by_h = {_h(target, p, fine): (p, fine) for p, fine in solved}  # of two of one mesh, the last
+    rows = sorted(by_h.items(), key=lambda row: -row[0])
+    counts = [fine.counts for _, (_, fine) in rows if fine.counts]
+    why = unlike(counts) if target == "size" and len(counts) == len(rows) else None
+    return Refinement(target, formal.pop() if len(formal) == 1 else None, [(h, p) for h, (p, _) in rows], why)
+
+
+def _h(target: str, point: ComparedPoint, fine: Fineness) -> float:
+    """The size of a cell as ASME V&V 20-2009 has it, (V / N)^(1/3), but for a factor; or the step."""
+    if target == "size" and fine.meshed and point.elements:
+        return float(point.elements ** (-1 / 3))
+    value = float(fine.of[target])
+    return 1.0 / value if target == "segments" else value
+
+
+def _errors(members: Sequence[tuple[float, ComparedPoint]], metric: str, points: Sequence[ComparedPoint]) -> ErrorTrend:
+    floor = uncertainty_of(points, metric)
+    family = [(h, e) for h, p in members if (e := p.error(metric)) is not None]
+    above = list(takewhile(lambda pair: pair[1] > floor, family))
+    found, cut = order_of_errors(above, floor), len(above) < len(family)
+    if cut and found.reason is not None:
+        why = "its errors are within the uncertainty of the reference" if floor else "it has no error left"
+        found = replace(found, reason=why)
+    return ErrorTrend(unit_of(points, metric), cut, found)
+
+
+def _shared(members: Sequence[ComparedPoint]) -> list[str]:
+    """Probes that all have at the same points."""
+    first, *others = (p.probes for p in members)
+    return [n for n, probe in first.items() if all(n in own and probe.alike(own[n]) for own in (first, *others))]
+
+
+def _limit(line: Refinement, probe: str) -> Limit:
+    """Order, limit and grid convergence index of the displacement that is largest on the finest mesh."""
+    finest = line.members[-1][1].probes[probe].displacement
+    i, axis = max(
+        ((i, a) for i in range(len(finest)) for a in range(3)),
+        key=lambda place: abs(finest[place[0]][place[1]]),
+    )
+    family = [(h, float(p.probes[probe].displacement[i][axis])) for h, p in line.members]
+    what = f"displacement along {AXES[axis]} of the point that moves furthest"
+    return Limit(probe, "probe", what, "m", family[-1][1], settled(line, family, line.formal))
+
+
+def _tends(line: Refinement, metric: str) -> Limit | None:
+    """The same of a metric's value, None where only some have it; theory gives an order of displacements alone."""
+    family = [(h, float(v)) for h, p in line.members if (v := p.metric(metric).value) is not None]
+    if len(family) < len(line.members):
+        return None
+    unit = unit_of([p for _, p in line.members], metric)
+    return Limit(metric, "metric", "value", unit, family[-1][1], settled(line, family, None))
+
+
+def _unknown(metric: str) -> Limit:
+    """Of a metric that only some have."""
+    return Limit(metric, "metric", "value", None, None, Refined("unusable", "only some of its members have it"))
+
+
+def settled(line: Refinement, family: Sequence[tuple[float, float]], formal: float | None) -> Refined:
+    """What values along a line tell of their limit, in doubt where its meshes are not similar."""
+    found = refined(family, formal)
+    if line.unlike is None or found.order is None:
+        return found
+    doubt = line.unlike if found.doubt is None else f"{found.doubt}; {line.unlike}"
+    return replace(found, asymptotic=False, doubt=doubt)

@@ -1,0 +1,130 @@
+"""Lines of a comparison: a model over its refinement, configurations that differ in one number alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+from softmark.interpreter.results.json_records import Plain
+from softmark.interpreter.study.analysis.comparison_point import ComparedPoint, said_values
+from softmark.records import dataclass
+
+
+@dataclass(frozen=True)
+class RefinementLine(Plain):
+    """A model over its refinement: configurations that differ in one number alone, in the order of that number."""
+
+    scene: str
+    model: str
+    study: str | None
+    varied: str | None  # None: one configuration
+    fixed: tuple[tuple[str, str], ...]  # what else was varied, the same for all members
+    members: tuple[ComparedPoint, ...]
+    name: str = ""  # its label; where others have the same, with the study's name or a number
+
+    @cached_property
+    def keys(self) -> list[str]:
+        """Keys of its members."""
+        return [p.key for p in self.members]
+
+    @property
+    def label(self) -> str:
+        """`corot_tet, nu = 0.49`; of one configuration, its own label."""
+        if self.varied is None:
+            return self.members[0].label
+        return ", ".join([self.model, *said_values(self.model, dict(self.fixed))])
+
+    def entries(self) -> Mapping[str, object]:
+        """With the keys of its members."""
+        return {
+            "label": self.name, "model": self.model, "study": self.study, "varied": self.varied,
+            "fixed": dict(self.fixed), "keys": self.keys,
+        }  # fmt: skip
+
+
+def lines_of(points: Sequence[ComparedPoint]) -> list[RefinementLine]:
+    """The lines of one scene: each study of a model by the number that it refines by, all else being the same.
+
+    Lines of one model follow each other, in the order of the models.
+    """
+    groups: dict[tuple[str, str, str | None], list[ComparedPoint]] = {}
+    for point in points:
+        groups.setdefault((point.scene, point.model, point.study), []).append(point)
+    lines = [line for who, members in groups.items() for line in _lines(who, members)]
+    models = list(dict.fromkeys(line.model for line in lines))
+    return _named_apart(sorted(lines, key=lambda line: models.index(line.model)))
+
+
+def _lines(who: tuple[str, str, str | None], members: Sequence[ComparedPoint]) -> list[RefinementLine]:
+    varied = refinement(members)
+    if varied is None:
+        return [RefinementLine(*who, None, p.rest(None), (p,)) for p in members]
+    groups: dict[tuple[tuple[str, str], ...], list[ComparedPoint]] = {}
+    for point in members:
+        groups.setdefault(point.rest(varied), []).append(point)
+    common = set.intersection(*(set(rest) for rest in groups))
+    found = []
+    for rest, own in groups.items():
+        ordered = sorted(own, key=lambda p: -float(p.numbers.get(varied, 0.0)))
+        fixed = tuple(item for item in rest if item not in common)
+        found.append(RefinementLine(*who, varied if len(own) > 1 else None, fixed, tuple(_from_coarse(ordered))))
+    return found
+
+
+def refinement(members: Sequence[ComparedPoint]) -> str | None:
+    """The number that makes lines: the first that decides a size, segments or a step.
+
+    Else the first that changes the number of unknowns, else the first.
+    """
+    numbers: dict[str, set[float]] = {}
+    for point in members:
+        for name, value in point.numbers.items():
+            numbers.setdefault(name, set()).add(float(value))
+    names = [name for name, values in numbers.items() if len(values) > 1]
+    for what in (_resolution, _unknowns):
+        found = next((name for name in names if _changes(members, name, what)), None)
+        if found is not None:
+            return found
+    return names[0] if names else None
+
+
+def finenesses(points: Sequence[ComparedPoint]) -> set[str]:
+    """Names that decide how finely some model is solved, and not what is solved."""
+    names = dict.fromkeys(n for p in points for n in p.variation)
+    what = _resolution if any(_resolution(p) for p in points) else _unknowns
+    families = [[p for p in points if p.model == m] for m in dict.fromkeys(p.model for p in points)]
+    return {n for n in names if any(_changes(own, n, what) for own in families)}
+
+
+def _resolution(point: ComparedPoint) -> Hashable:
+    """How finely it is solved, if that is known."""
+    return tuple(sorted(point.fineness.of.items())) if point.fineness else None
+
+
+def _unknowns(point: ComparedPoint) -> Hashable:
+    return point.dofs
+
+
+def _changes(members: Sequence[ComparedPoint], name: str, what: Callable[[ComparedPoint], Hashable]) -> bool:
+    """Whether two configurations that differ in this number alone differ in this as well."""
+    seen: dict[tuple[tuple[str, str], ...], set[Hashable]] = {}
+    for point in members:
+        if value := what(point):
+            seen.setdefault(point.rest(name), set()).add(value)
+    return any(len(values) > 1 for values in seen.values())
+
+
+def _from_coarse(ordered: list[ComparedPoint]) -> list[ComparedPoint]:
+    """From coarse to fine: a number of segments grows where a cell size falls."""
+    sizes = [p.dofs for p in ordered if p.dofs]
+    return ordered[::-1] if len(sizes) > 1 and sizes[0] > sizes[-1] else ordered
+
+
+def _named_apart(lines: Sequence[RefinementLine]) -> list[RefinementLine]:
+    """With a name for each; where two would be the same, with the study's name or a number."""
+    plain = [line.label for line in lines]
+    several = [f"{p} ({line.study})" if line.study and plain.count(p) > 1 else p
+               for p, line in zip(plain, lines, strict=True)]  # fmt: skip
+    names = [f"{s}, {several[: i + 1].count(s)}" if several.count(s) > 1 else s for i, s in enumerate(several)]
+    return [replace(line, name=name) for line, name in zip(lines, names, strict=True)]

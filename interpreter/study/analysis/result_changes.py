@@ -1,0 +1,290 @@
+"""`changes`: what differs between two results of the same kind, and what of it is more than noise.
+
+Both may be reports of `dsl run` (softmark-report/1) or comparisons of `dsl compare` (softmark-compare/1). Things are
+matched by name: models and references of a report by theirs, configurations of a comparison by scene, model, study
+and what was varied, never by their keys, which change with every source file.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from softmark.interpreter.results import json_validation
+from softmark.interpreter.results.json_records import Json, Plain, by_name
+from softmark.interpreter.study.analysis.comparison_point import Spread, ratio_of
+from softmark.interpreter.study.configurations.task_outcome import PointError
+from softmark.records import dataclass
+from softmark.safe_files import read_regular
+
+REPORT, COMPARISON = "softmark-report/1", "softmark-compare/1"
+RELATIVE = 1e-6  # a metric that changes by less is the same: rounding, and threads that add in another order
+SLOWER = 0.05  # of the shorter one: a time that changes by less is the same
+TIMES = ("setup_s", "solve_s", "step_s", "cpu_s", "wall_s")
+UNNAMED = ("started", "created")  # of an environment: these always differ and explain nothing
+
+
+class Foreign(ValueError):
+    """Files that cannot be compared; the message says which and why."""
+
+
+def read(path: str | Path) -> Json:
+    """A report or a comparison from a file. Raises Foreign."""
+    if os.path.exists(path) and not os.path.isfile(path):  # a device may have no end, a pipe no writer
+        raise Foreign(f"`{path}` is not a regular file")
+    try:
+        found = json.loads(read_regular(path).decode("utf-8"))
+    except OSError as error:
+        raise Foreign(f"`{path}` cannot be read: {error.strerror or error}") from error
+    except (ValueError, RecursionError) as error:
+        raise Foreign(f"`{path}` is not JSON: {error}") from error
+    kind_of(found, str(path))
+    return dict(found)
+
+
+def kind_of(found: Any, name: str) -> str:
+    """The schema of a file. Raises Foreign if it is none of ours."""
+    schema = found.get("schema") if isinstance(found, dict) else None
+    if not isinstance(schema, str) or schema not in (REPORT, COMPARISON):
+        named = f"`{schema[:80]}`" if isinstance(schema, str) else json_validation.said(schema)
+        said = f"its schema is {named}" if schema else "it has no `schema`"
+        raise Foreign(f"`{name}` is neither a {REPORT} nor a {COMPARISON}: {said}")
+    if problem := json_validation.misfit(
+        found, json_validation.REPORT if schema == REPORT else json_validation.COMPARISON
+    ):
+        raise Foreign(f"`{name}` says that it is a {schema}, but {problem}")
+    return str(schema)
+
+
+# ------------------------------------------------------------------ what is found
+
+
+@dataclass(frozen=True)
+class FactChange(Plain):
+    """A fact that is not the same; None where one of the two does not have it."""
+
+    what: str
+    old: Any
+    new: Any
+
+
+@dataclass(frozen=True)
+class StatusChange(Plain):
+    """What became of a model or a reference then and now, and what it says now."""
+
+    name: str
+    old: str | None
+    new: str | None
+    message: str | None
+
+
+@dataclass(frozen=True)
+class MetricChange(Plain):
+    """`verdict`: changed, changed below the uncertainty, lost its value or found one, was added or removed."""
+
+    name: str
+    metric: str
+    unit: str | None
+    old: float | None
+    new: float | None
+    verdict: str
+    relative: float | None = None
+    uncertainty: float | None = None
+    reason: str | None = None
+
+    def entries(self) -> Mapping[str, object]:
+        """Each verdict with what it rests on."""
+        named = {"name": self.name, "metric": self.metric, "unit": self.unit}
+        ends, verdict = {"old": self.old, "new": self.new}, {"relative": self.relative, "verdict": self.verdict}
+        if self.verdict in ("added", "removed"):
+            return {**named, **verdict, **ends}
+        if self.verdict in ("lost", "found"):
+            return {**named, **ends, **verdict, "reason": self.reason}
+        return {**named, **ends, "relative": self.relative, "uncertainty": self.uncertainty, "verdict": self.verdict}
+
+
+@dataclass(frozen=True)
+class TimeChange(Plain):
+    """`verdict`: slower or quicker beyond noise; undecided, with a reason, where the noise is not known."""
+
+    name: str
+    clock: str
+    old: Spread
+    new: Spread
+    verdict: str
+    reason: str | None = None
+
+    @property
+    def ratio(self) -> float:
+        """The new time over the old one."""
+        return self.new.median / self.old.median
+
+    def entries(self) -> Mapping[str, object]:
+        """With a reason where there is one."""
+        own = {"name": self.name, "clock": self.clock, "old": self.old, "new": self.new, "ratio": self.ratio}
+        return {**own, "verdict": self.verdict} | ({"reason": self.reason} if self.reason else {})
+
+
+@dataclass(frozen=True)
+class Changes(Plain):
+    """All changes from one result to another of the same kind."""
+
+    schema: str
+    kind: str  # REPORT or COMPARISON
+    files: tuple[str, str]
+    environment: list[FactChange]
+    scenes: list[FactChange]
+    added: list[str]
+    removed: list[str]
+    status: list[StatusChange]
+    metrics: list[MetricChange]
+    times: list[TimeChange]
+    expectations: list[FactChange]
+    compared: int  # things that both have
+
+
+def changes(old: Json, new: Json, names: tuple[str, str] = ("the old file", "the new file")) -> Changes:
+    """All changes from one result to another of the same kind, both as JSON. Raises Foreign."""
+    kinds = kind_of(old, names[0]), kind_of(new, names[1])
+    if kinds[0] != kinds[1]:
+        raise Foreign(f"`{names[0]}` is a {kinds[0]} and `{names[1]}` a {kinds[1]}: give two files of one kind")
+    before, after = _subjects(old), _subjects(new)
+    shared = [(name, before[name], after[name]) for name in before if name in after]
+    return Changes(
+        schema="softmark-changes/1",
+        kind=kinds[0],
+        files=names,
+        environment=_facts(old.get("environment") or {}, new.get("environment") or {}),
+        scenes=_facts(_texts(old), _texts(new)),
+        added=[name for name in after if name not in before],
+        removed=[name for name in before if name not in after],
+        status=[StatusChange(n, a.status, b.status, b.message) for n, a, b in shared if a.status != b.status],
+        metrics=[c for pair in shared for c in _metrics(*pair)],
+        times=[c for pair in shared for c in _times(*pair)],
+        expectations=_facts(_expectations(old), _expectations(new)),
+        compared=len(shared),
+    )
+
+
+# ------------------------------------------------------------------ what is matched
+
+
+@dataclass(frozen=True)
+class ComparedSubject:
+    """A model, a configuration or a reference, as far as it is compared."""
+
+    status: str | None
+    message: str | None
+    errors: Mapping[str, PointError]
+    times: Mapping[str, Spread]  # by clock
+    disturbed: bool
+
+    @classmethod
+    def from_json(cls, found: Json, errors: Json | None, times: Json | None = None) -> ComparedSubject:
+        """From an entry of a file, its metrics and what it cost."""
+        known = times or {}
+        spreads = {n: s for n in TIMES if isinstance(t := known.get(n), Mapping) and (s := Spread.read(t))}
+        measured = by_name(PointError.from_json)(errors or {})
+        return cls(found.get("status"), found.get("message"), measured, spreads, bool(known.get("contaminated")))
+
+
+def _subjects(result: Json) -> dict[str, ComparedSubject]:
+    """Models, configurations and references by what they are called."""
+    named: dict[str, ComparedSubject] = {}
+    for name, own in _of_report(result) if result["schema"] == REPORT else _of_comparison(result):
+        alike = sum(n == name or n.startswith(f"{name} #") for n in named)
+        named[f"{name} #{alike + 1}" if alike else name] = own
+    return named
+
+
+def _of_report(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
+    for name, model in result["models"].items():
+        yield name, ComparedSubject.from_json(model, model.get("metrics"), model.get("time"))
+    for name, reference in result["references"].items():
+        yield f"reference {name}", ComparedSubject.from_json(reference, reference.get("metrics"))
+
+
+def _of_comparison(result: Json) -> Iterator[tuple[str, ComparedSubject]]:
+    scenes = {str(p.get("scene")) for p in result["points"]} or set(result["references"])
+    for point in result["points"]:
+        name = ", ".join([str(point["model"]), *(f"{k} = {v}" for k, v in (point.get("variation") or {}).items())])
+        name += f" ({point['study']})" if point.get("study") else ""
+        name = f"{point['scene']}: {name}" if len(scenes) > 1 else name
+        yield name, ComparedSubject.from_json(point, point.get("errors"), point.get("cost"))
+    for scene, references in result["references"].items():
+        for name, reference in references.items():
+            said = f"{scene}: reference {name}" if len(result["references"]) > 1 else f"reference {name}"
+            yield said, ComparedSubject.from_json(reference, None)
+
+
+def _texts(result: Json) -> Json:
+    """What scenes are: digests of their texts, and the parameters of a report."""
+    if result["schema"] == COMPARISON:
+        return {f"text of {s.get('file') or s.get('title')}": s.get("sha256") for s in result.get("scenes") or ()}
+    scene = result.get("scene") or {}
+    given = scene.get("parameters") or {}
+    parameters = {f"parameter {n}": p.get("text", p.get("value")) for n, p in given.items()}
+    return {"text": scene.get("sha256"), **parameters}
+
+
+def _expectations(result: Json) -> Json:
+    words = {True: "met", False: "not met", None: "not judged"}
+    return {e["text"]: words.get(e.get("passed")) for e in result.get("expectations") or ()}
+
+
+def _facts(old: Json, new: Json) -> list[FactChange]:
+    """Facts by name that are not the same."""
+    names = [n for n in dict.fromkeys([*old, *new]) if n not in UNNAMED]
+    return [FactChange(n, old.get(n), new.get(n)) for n in names if old.get(n) != new.get(n)]
+
+
+# ------------------------------------------------------------------ what is compared
+
+
+def _metrics(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[MetricChange]:
+    for metric in dict.fromkeys([*old.errors, *new.errors]):
+        a, b = old.errors.get(metric), new.errors.get(metric)
+        if a is not None and b is not None:
+            if change := _metric(name, metric, a, b):
+                yield change
+        elif b is not None:
+            yield MetricChange(name, metric, b.unit, None, b.value, "added")
+        elif a is not None:
+            yield MetricChange(name, metric, a.unit, a.value, None, "removed")
+
+
+def _metric(name: str, metric: str, old: PointError, new: PointError) -> MetricChange | None:
+    """None if nothing changed."""
+    a, b, unit = old.value, new.value, new.unit or old.unit
+    if a is None and b is None:
+        return None
+    if a is None or b is None:
+        verdict, reason = ("lost", new.reason) if b is None else ("found", old.reason)
+        return MetricChange(name, metric, unit, a, b, verdict, reason=reason)
+    if abs(b - a) <= RELATIVE * max(abs(a), abs(b)):
+        return None
+    uncertain = max((float(u) for m in (old, new) if (u := m.uncertainty) is not None), default=None)
+    verdict = "changed, below the uncertainty" if uncertain is not None and abs(b - a) <= uncertain else "changed"
+    return MetricChange(name, metric, unit, a, b, verdict, ratio_of(b - a, abs(a)), uncertain)
+
+
+def _times(name: str, old: ComparedSubject, new: ComparedSubject) -> Iterable[TimeChange]:
+    for clock in (n for n in old.times if n in new.times):
+        a, b = old.times[clock], new.times[clock]
+        if min(a.median, b.median) > 0 and (verdict := _verdict(a, b, old.disturbed or new.disturbed)):
+            yield TimeChange(name, clock, a, b, *verdict)
+
+
+def _verdict(a: Spread, b: Spread, disturbed: bool) -> tuple[str, str | None] | None:
+    """The verdict and its reason; None within the noise."""
+    low, high = sorted((a.median, b.median))
+    if high / low - 1 <= SLOWER or not a.apart(b):
+        return None
+    if disturbed:
+        return "undecided", "a timing was disturbed"
+    if min(int(s.runs or 1) for s in (a, b)) < 2:
+        return "undecided", "timed once, so the noise is not known"
+    return "slower" if b.median > a.median else "quicker", None

@@ -1,0 +1,224 @@
+"""Whether a timed run was disturbed, and what several runs of one job come to. Plain functions of plain values.
+
+A run is a record of `timed_process.py`. A disturbed one is left out where enough others are clean; otherwise all are
+kept and called contaminated. The thresholds were chosen by measurement, on two virtual processors of an EPYC, with
+solutions of
+20 to 80 ms. With the other processor idle or busy, one thread got 99.3 to 100 % of its own, waited for 0 to 0.7 %, and
+the machine's tasks for 0 to 1.5 % of the time; with two to four tasks for two processors these were 31 to 82 %, 10 to
+70 % and 50 to 100 %, and wall times up to four times as long, while CPU times grew by up to a tenth. Involuntary
+switches tell nothing: up to 160 a second disturbed nobody. The mean pressure of ten seconds is recorded and not
+judged: it is of the time before as well, and the counter of the time itself says the same. What no counter shows is a
+stranger on the same core of the host: CPU times and the pace of a fixed loop then grew together, by half and more.
+Under a load of six, CPU times of 18 runs spread by 28 to 53 %, those of the 10 to 12 at the usual pace by 7 to 11 %
+(quartiles over median, three models).
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from softmark.interpreter.results.state_results import SOLVED
+
+OWN, WHOLE = "own clock", "whole process"  # of another program
+FEWEST = 3  # clean runs that a median can rest on
+
+SHARE = 0.95  # CPU seconds per wall second of one thread
+WAITED = 0.02  # share of the time on the queue of a processor
+PRESSURE = 0.05  # share of the time in which some task of the machine waited
+STOLEN = 0.01  # share of the time that the hypervisor gave to others ...
+TICKS = 0.02  # s ... and at least two of the ticks in which it is counted
+SWITCHES = 1000.0  # a second: each costs some 10 us of cold caches; idle machines show up to 200
+PACE = 0.15  # by how much the processor may be faster or slower than in the runs it is compared with
+
+# why a run does not count
+DISTURBANCES: dict[str, str] = {
+    "shared": f"one thread got less than {100 * SHARE:g} % of a processor",
+    "waited": f"it waited for its processor for more than {100 * WAITED:g} % of the time",
+    "pressure": f"tasks of this machine waited for a processor for more than {100 * PRESSURE:g} % of the time",
+    "stolen": f"the hypervisor took more than {100 * STOLEN:g} % of the time",
+    "switched": f"it was put aside for other tasks more than {SWITCHES:g} times a second",
+    "pace": f"the processor was more than {100 * PACE:g} % faster or slower than in the other runs",
+    "compiled": "kernels were compiled or loaded while the clock ran",
+}
+SLOWING = ("pace", "compiled")  # what disturbs CPU times too: waiting hardly does
+# what a reader should know of the whole
+REMARKS: dict[str, str] = {
+    "contaminated": "too few runs were undisturbed: times are those of all runs, and CPU time is the better one",
+    "few repeats": "one run takes long, so there are only a few",
+    "not warmed up": "a solution takes so long that the first one is the one that was timed",
+    "runs differ": "not all runs took the same iterations to the same result",
+    "differing processors": "runs took place on different processors",
+    OWN: "another program solved it, and its time is by that program's own clock, without set-up and files",
+    WHOLE: "another program solved it, and its time is that of its whole process, files with it: an upper bound",
+}
+
+Record = Mapping[str, Any]
+CostJson = dict[str, Any]  # what `point.Cost` is read from
+
+
+def good(record: Record) -> bool:
+    """Whether a record is a timed solution."""
+    return record.get("status") in SOLVED and bool(record.get("wall_s"))
+
+
+def usual_pace(records: Iterable[Record]) -> float | None:
+    """The lower quartile of the paces of all runs of a comparison: that of most, or of the quick ones among them."""
+    paces = [float(p) for r in records if good(r) and (p := r.get("pace_s"))]
+    return spread(paces)["q1"] if paces else None
+
+
+def disturbances(record: Record, pace: float | None = None) -> list[str]:
+    """Names in DISTURBANCES of what went wrong while the clock ran; what is not known disturbs nothing.
+
+    `pace` is that of the runs which this one is compared with.
+    """
+    seen = record.get("during") or {}
+    wall = seen.get("wall_s") or 0.0
+    if wall <= 0.0:
+        return []
+    one = (record.get("threads") or {}).get("asked", 1) == 1
+    stolen = seen.get("steal_s") or 0.0
+    own = record.get("pace_s") or 0.0
+    found = {
+        "shared": one and sum(record["cpu_s"]) < SHARE * sum(record["wall_s"]),
+        "waited": (seen.get("waited_s") or 0.0) > WAITED * wall,
+        "pressure": one and (seen.get("pressure_s") or 0.0) > PRESSURE * wall,
+        "stolen": stolen > STOLEN * wall and stolen >= TICKS - 1e-9,
+        "switched": (seen.get("involuntary") or 0) > SWITCHES * max(wall, 0.1),
+        "pace": pace is not None and own > 0.0 and not own / (1 + PACE) <= pace <= own * (1 + PACE),
+        "compiled": bool(seen.get("compiled")),
+    }
+    return [name for name, true in found.items() if true]
+
+
+def clean(record: Record, pace: float | None = None) -> bool:
+    """Whether a record is a timed solution that nothing disturbed."""
+    return good(record) and not disturbances(record, pace)
+
+
+def refusal(records: Sequence[Record]) -> str | None:
+    """Why there are no times, where there are none."""
+    if any(good(r) for r in records):
+        return None
+    bad = [r for r in records if r.get("status") not in SOLVED]
+    return str(bad[-1].get("message") or bad[-1].get("status")) if bad else "it was not timed"
+
+
+def cost(records: Sequence[Record], asked: int = FEWEST, pace: float | None = None) -> CostJson | None:
+    """Medians and quartiles over the clean runs of one job, `asked` of which were wanted; None without a solution.
+
+    `pace` is the usual one of the whole comparison; that of these runs alone if it is not given. Where too few runs are
+    clean, wall times are those of all, CPU times those of the runs at that pace if they are enough.
+    """
+    runs = [r for r in records if good(r)]
+    if not runs:
+        return None
+    pace = pace or usual_pace(runs)
+    kept = [r for r in runs if not disturbances(r, pace)]
+    contaminated = len(kept) < min(FEWEST, asked)
+    used = runs if contaminated else kept
+    steady = _steady(used, asked, pace)
+    steps = _steps(used, "wall_s")
+    wall, cpu = _solutions(used, "wall_s"), _solutions(steady, "cpu_s")
+    step_cpu = _steps(steady, "cpu_s")
+    by_cpu = contaminated and all((r.get("threads") or {}).get("asked", 1) == 1 for r in used)
+    foreign = any(r.get("clock") for r in used)  # no frame is known of another program
+    frame, frame_cpu = steps or wall, step_cpu or cpu
+    return {
+        "wall_s": wall,
+        "cpu_s": cpu,
+        "step_s": steps,
+        "step_cpu_s": step_cpu,
+        "setup_s": spread([_setup(r, 0) for r in used]),
+        "setup_cpu_s": spread([_setup(r, 1) for r in steady]),
+        "phases": _phases(records, steady, cpu["median"]),
+        "memory_bytes": _median(used, lambda r: r["memory"].get("peak")),
+        "memory_added_bytes": _median(used, _added),
+        "frame_s": None if foreign else (frame_cpu if by_cpu else frame)["median"],
+        "frame_basis": "cpu" if by_cpu else "wall",
+        "flags": _flags(runs, used, contaminated, asked, pace),
+        "contaminated": contaminated,
+        "excluded_runs": len(runs) - len(used),
+        "cores": sorted({c for r in used for c in r.get("cores") or []}),
+    }
+
+
+def _steady(runs: Sequence[Record], asked: int, pace: float | None) -> Sequence[Record]:
+    """Those whose CPU times nothing disturbed; all where they are too few."""
+    kept = [r for r in runs if not set(SLOWING) & set(disturbances(r, pace))]
+    return kept if len(kept) >= min(FEWEST, asked) else runs
+
+
+def spread(values: Sequence[float]) -> dict[str, float | int]:
+    """Median, quartiles (linear between order statistics: Hyndman and Fan 1996, type 7), least, largest, how many."""
+    single = len(values) < 2
+    q1, median, q3 = [values[0]] * 3 if single else statistics.quantiles(values, n=4, method="inclusive")
+    return {"median": median, "q1": q1, "q3": q3, "min": min(values), "max": max(values), "runs": len(values)}
+
+
+def _solutions(runs: Sequence[Record], name: str) -> dict[str, float | int]:
+    """Over runs, the median of the solutions of each: those of one process are not independent."""
+    return spread([statistics.median(r[name]) for r in runs])
+
+
+def _steps(runs: Sequence[Record], name: str) -> dict[str, float | int] | None:
+    """Medians over runs of each quantile of the seconds of a time step."""
+    known = [r["steps"] for r in runs if r.get("steps") and r["steps"].get(name)]
+    if not known:
+        return None
+    quantiles = {q: statistics.median(k[name][q] for k in known) for q in known[0][name]}
+    return {**quantiles, "steps": known[0]["steps"], "runs": len(known)}
+
+
+def _setup(run: Record, clock: int) -> float:
+    return float(run["setup"]["mesh"][clock] + run["setup"]["set-up"][clock])
+
+
+def _added(run: Record) -> float | None:
+    """Bytes that building and solving took beyond what the program holds anyway."""
+    peak, before = run["memory"].get("peak"), run["memory"].get("before")
+    return None if peak is None or before is None else max(0, peak - before)
+
+
+def _median(runs: Sequence[Record], value: Callable[[Record], float | None]) -> int | None:
+    known = [v for v in map(value, runs) if v is not None]
+    return int(statistics.median(known)) if known else None
+
+
+def _phases(records: Sequence[Record], used: Sequence[Record], median: float) -> dict[str, float]:
+    """CPU seconds of a solution by phases, with mesh, set-up and output beside it.
+
+    Clocks disturb the run that they are in, so of that only the shares are taken: they share out the median.
+    """
+    made = {n: statistics.median(r["setup"][n][1] for r in used) for n in ("mesh", "set-up")}
+    last = next((r for r in reversed(records) if r.get("phases")), None)
+    if last is None:
+        return made
+    whole = sum(last["phases"].values())
+    parts = {n: median * s / whole for n, s in last["phases"].items()} if whole > 0 else {}
+    for name in ("assembly", "factorisation", "solution", "other"):
+        made[name] = parts.pop(name, 0.0)
+    made |= parts
+    if last.get("output_s") is not None:
+        made["output"] = last["output_s"]
+    return made
+
+
+def _flags(
+    runs: Sequence[Record], used: Sequence[Record], contaminated: bool, asked: int, pace: float | None
+) -> list[str]:
+    """What a reader should know: remarks, and what disturbed runs that count."""
+    done = {tuple((r.get("solve") or {}).get(n) for n in ("iterations", "steps")) for r in runs}
+    motion = [m for r in runs if (m := (r.get("solve") or {}).get("motion")) is not None]
+    found = {
+        "contaminated": contaminated,
+        "few repeats": len(used) < asked,
+        "not warmed up": any(r.get("warmed") is False for r in used),
+        "runs differ": len(done) > 1 or (bool(motion) and max(motion) - min(motion) > 1e-9 * max(motion)),
+        "differing processors": len({tuple(r.get("cores") or []) for r in used}) > 1,
+    }
+    found |= {clock: any(r.get("clock") == clock for r in used) for clock in (OWN, WHOLE)}
+    causes = [c for c in DISTURBANCES if contaminated and any(c in disturbances(r, pace) for r in used)]
+    return [name for name, true in found.items() if true] + causes

@@ -1,0 +1,123 @@
+"""What a result depends on, as one digest: two configurations of one key are one computation.
+
+A key covers softmark's sources, the model, everything declared that can decide its result, the contents of files, and
+the versions of other programs that solve it.
+Names of parameters, texts of expressions, expectations and published values take no part, and studies only where a
+model is made from one: then the whole text counts, for what a sweep does to the scene is not in the scene as it is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.models.external.external_program import Asked
+from softmark.interpreter.planning.declaration_dependencies import models_of, reached
+from softmark.interpreter.study.configurations import source_digests
+
+SPEAKING = ("study", "published")  # kinds that cannot decide what a model comes to
+KEPT = 32  # references that a process remembers
+
+
+def key_of(scene: Scene, model: str) -> str:
+    """SHA-256 over all that decides what a model comes to."""
+    whole = reached(scene, needed_models(scene, model))
+    h = hashlib.sha256(f"{source_digests.digest()}\0{model}\0".encode())
+    for declared in scene.declared.values():
+        if declared.name in whole or declared.kind not in (*SPEAKING, "model"):
+            h.update(words_of(declared).encode())
+    h.update(_refined_words(scene, whole).encode())
+    if any(scene.declared[name].kind == "study" for name in whole):
+        h.update(_text(scene).encode())
+    return h.hexdigest()
+
+
+def all_words(scene: Scene) -> list[str]:
+    """Everything that is declared, as text: a model that nothing computes may still be refined by a reference."""
+    return [words_of(declared) for declared in scene.declared.values() if declared.kind != "study"]
+
+
+def key_of_text(scene: Scene, model: str) -> str:
+    """SHA-256 over the text of a scene that is in error, and its overrides."""
+    parts = (source_digests.digest(), model, scene.source.text, *scene.overrides)
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def key_of_reference(scene: Scene, reference: Declared) -> str:
+    """SHA-256 over all that decides what a reference comes to; models only as far as it refines them."""
+    h = hashlib.sha256(f"{source_digests.digest()}\0{reference.name}\0".encode())
+    for declared in scene.declared.values():
+        if declared.kind not in (*SPEAKING, "model", "metric"):
+            h.update(words_of(declared).encode())
+    h.update(_refined_words(scene, ()).encode())
+    return h.hexdigest()
+
+
+def _text(scene: Scene) -> str:
+    values = (f"{name} = {p.value!r}" for name, p in scene.parameters.items())
+    return "\0".join((scene.source.text, *scene.overrides, *values))
+
+
+def _refined_words(scene: Scene, whole: Collection[str]) -> str:
+    """Models that references refine, as text without their size, but for those that count as they are."""
+    refined = [n for n in _refined(scene) if n not in whole]
+    behind = [n for n in reached(scene, refined) if n not in (*refined, *whole)]
+    own = [words_of(_unsized(scene.declared[n])) for n in refined]
+    return "".join((*own, *(words_of(scene.declared[n]) for n in behind)))
+
+
+def words_of(declared: Declared) -> str:
+    """A declaration as text, with the contents of files in place of their names; of whose plugin and program it is."""
+    text = repr(declared.thing)
+    for file in sorted(set(source_digests.files_of(declared.thing)), key=len, reverse=True):
+        text = text.replace(repr(file), source_digests.of_file(file))
+    whose = source_digests.of_plugins(declared.thing)
+    if isinstance(declared.thing, Asked):
+        whose += source_digests.of_program(declared.thing.program)
+    return f"{declared.kind} {declared.name} {declared.constructor.name} {text}{whose}\0"
+
+
+# ------------------------------------------------------------------ models that others refer to
+
+
+def needed_models(scene: Scene, model: str) -> tuple[str, ...]:
+    """A model and those that are computed with it, in the order of the scene: metrics and references are about them."""
+    needed = {model}
+    for declared in scene.declared.values():
+        if declared.kind not in (*SPEAKING, "model"):
+            needed.update(models_of(scene, declared, "name"))
+    return tuple(n for n in scene.declared if n in needed)
+
+
+def _refined(scene: Scene) -> list[str]:
+    """Models that references refine, each at sizes of its own."""
+    found: dict[str, None] = {}
+    for reference in scene.of_kind("reference").values():
+        found.update(dict.fromkeys(models_of(scene, reference, "names")))
+    return list(found)
+
+
+def _unsized(model: Declared) -> Declared:
+    """A model whose size a reference chooses."""
+    if "size" not in model.thing.finely:
+        return model
+    return replace(model, thing=replace(model.thing, size=None))
+
+
+# ------------------------------------------------------------------ remembering references
+
+
+_REMEMBERED: dict[str, Any] = {}
+
+
+def recall(scene: Scene, reference: Declared, make: Callable[[], Any]) -> Any:
+    """What a reference comes to: made once in this process for all configurations that share it."""
+    key = key_of_reference(scene, reference)
+    if key not in _REMEMBERED:
+        while len(_REMEMBERED) >= KEPT:
+            del _REMEMBERED[next(iter(_REMEMBERED))]
+        _REMEMBERED[key] = make()
+    return _REMEMBERED[key]

@@ -1,0 +1,85 @@
+"""How finely a configuration is solved: sizes of cells, segments, time steps, and the order that theory gives each.
+
+Declared, not inferred: configurations are refinements of one another if they differ in one of these alone. A sweep of
+a body's length changes the number of unknowns as well, but it changes the problem, and has no order.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.planning.declaration_dependencies import reached
+from softmark.interpreter.problem.body_case import Fault, case_for
+from softmark.interpreter.study.configurations.configuration_keys import words_of
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+
+PROBLEM = ("material", "body", "support", "contact", "load", "analysis")  # kinds that say what is to be solved
+
+
+def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
+    """What decides how finely a model is solved.
+
+    `of`: the numbers, by field; `formal`: the order in displacements of each, if known;
+    `problem`: a digest of all else; `meshed`: whether it is the model's own mesh that its number of elements counts;
+    `counts`: cells of that mesh along each direction, if the shape of the body tells.
+    """
+    own = scene.declared[model]
+    whole = [scene.declared[name] for name in reached(scene, [model])]
+    problem = [d for d in scene.declared.values() if d.kind in PROBLEM]
+    found = {}
+    for declared in (*problem, *whole):
+        for name, value in _finely(declared).items():
+            if value is not None and (declared is own or name not in found):
+                found[name] = float(value)
+    digest = hashlib.sha256("".join(words_of(_without(d)) for d in (*problem, *whole)).encode()).hexdigest()
+    size = _finely(own).get("size")
+    return {"of": found, "formal": formal_orders(scene, own), "problem": digest, "meshed": size is not None,
+            "counts": None if size is None else _counts(scene, own, size)}  # fmt: skip
+
+
+def _counts(scene: Scene, model: Declared, size: float) -> list[int] | None:
+    try:
+        case = case_for(scene, model)
+    except Fault:
+        return None
+    counts = case.shape.counts(size, model.thing.cuts(case))
+    return None if counts is None else list(counts)
+
+
+def _without(declared: Declared) -> Declared:
+    """A declaration without what says how finely: of the models and of the analysis alone."""
+    names = dict.fromkeys(_finely(declared))
+    return replace(declared, thing=replace(declared.thing, **names)) if names else declared
+
+
+def _finely(declared: Declared) -> dict[str, Any]:
+    """What a declaration says of how finely things are solved, by field: models and motions do."""
+    thing = declared.thing
+    if declared.kind == "model":
+        return {name: getattr(thing, name) for name in thing.finely}
+    return {"step": thing.step} if isinstance(thing, Dynamic) else {}
+
+
+# ------------------------------------------------------------------ orders of theory
+
+
+def formal_orders(scene: Scene, model: Declared) -> dict[str, int]:
+    """The order in displacements that theory gives each field of a model, where the solution is smooth.
+
+    The model says those with its size or segments; integrators have theirs with the step. Springs, modes and
+    tolerances have none.
+    """
+    if model.thing.unsolved:
+        return {}
+    found = dict(model.thing.orders())
+    motion = next((d.thing for d in scene.of_kind("analysis").values() if isinstance(d.thing, Dynamic)), None)
+    return found if motion is None else {**found, "step": _order_in_time(motion, model.thing)}
+
+
+def _order_in_time(motion: Dynamic, model: Any) -> int:
+    """Damping by the stiffness at the start of a step is of first order where the stiffness changes."""
+    first = motion.integrator == "implicit_euler" or (motion.damping_stiffness > 0 and not model.constant)
+    return 1 if first else 2

@@ -1,0 +1,175 @@
+"""Cases held against their scenes: which metric judges, from what it measures, and which models answer it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.grammar.name_suggestions import nearest
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
+from softmark.interpreter.language.scene_sources import standard_name
+from softmark.interpreter.problem.body_case import body_of, case_of
+from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject, subject_of
+from softmark.interpreter.study.configurations.configuration_task import told
+from softmark.interpreter.study.leaderboard.suite_file import Case, Suite
+from softmark.records import dataclass
+
+Load = Callable[[str], tuple[Scene | None, list[Diagnostic]]]
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A model of a scene that answers a case: its name there, and what it is but for its size."""
+
+    name: str
+    model: str
+
+
+@dataclass(frozen=True)
+class BoardCase:
+    """A case with its scene: `reason` says why there is none, and then nobody answers."""
+
+    case: Case
+    subject: SceneSubject | None
+    entrants: tuple[Entrant, ...] = ()
+    against: str | None = None
+    kind: str = ""
+    source: str = ""
+    unit: str = "1"
+    reason: str | None = None
+
+    @property
+    def title(self) -> str:
+        """Of its scene."""
+        return self.subject.scene.title if self.subject else self.case.scene
+
+
+def cases_of_suite(suite: Suite, load: Load) -> tuple[list[BoardCase], list[Diagnostic]]:
+    """Its cases, each scene loaded once, and what is wrong with it: a scene in error is a case without answers."""
+    found: list[BoardCase] = []
+    faults: list[Diagnostic] = []
+    known: dict[str, SceneSubject | Diagnostic | str] = {}
+    for case in suite.cases:
+        own = known.get(case.scene) or _subject(case, suite.folder, load, known)
+        known.setdefault(case.scene, own)
+        if isinstance(own, Diagnostic):
+            faults.append(own)
+        elif isinstance(own, str):
+            found.append(BoardCase(case, None, reason=own))
+        elif (wrong := _misfit(case, own.scene)) is not None:
+            faults.append(wrong)
+        else:
+            found.append(_answered(case, own))
+    return found, faults
+
+
+def _subject(
+    case: Case, folder: Path, load: Load, known: Mapping[str, SceneSubject | Diagnostic | str]
+) -> SceneSubject | str | Diagnostic:  # fmt: skip
+    """Its scene under a name of its own, why it is in error, or what is wrong with the case that names it."""
+    beside = folder / case.scene
+    scene, diagnostics = load(str(beside) if beside.is_file() else case.scene)
+    if scene is not None:
+        return subject_of(scene, [s.name for s in known.values() if isinstance(s, SceneSubject)])
+    errors = [d for d in diagnostics if d.severity == "error"]
+    if errors[0].code == "E401" and errors[0].span is None:
+        return case.fault("E742", "scene", errors[0].message, "no scene", errors[0].help)
+    return told(errors)
+
+
+def cases_of_scene(scene: Scene, taken: Sequence[str]) -> BoardCase:
+    """The case that a scene is by itself: its first error, without a tolerance."""
+    subject = subject_of(scene, taken)
+    errors = [n for n, d in scene.of_kind("metric").items() if d.thing.measured_from in scene.of_kind("reference")]
+    file = standard_name(scene.path) or scene.path or subject.name
+    case = Case(subject.name, file, errors[0] if errors else None, asks=scene.title)
+    return _answered(case, subject)
+
+
+def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
+    """What its scene does not have of what it asks."""
+    metrics, references = scene.of_kind("metric"), scene.of_kind("reference")
+    named = f"`{case.scene}`"
+    if case.by not in metrics:
+        close = nearest(case.by or "", metrics)
+        hint = f"did you mean `{close}`?" if close else f"metrics are {', '.join(metrics) or 'none'}"
+        return case.fault("E743", "by", f"{named} has no metric `{case.by}`", "not a metric", hint)
+    metric = metrics[case.by]
+    if metric.thing.measured_from not in references:
+        errors = [n for n, d in metrics.items() if d.thing.measured_from in references]
+        hint = f"errors of the scene are {', '.join(errors)}" if errors else "give the metric `against = ...`"
+        return case.fault("E743", "by", f"`{case.by}` measures from no reference", "no error", hint)
+    kind = references[metric.thing.measured_from].thing.kind
+    if case.kind != kind:
+        message = f"`{metric.thing.measured_from}`, from which `{case.by}` measures, is {_article(kind)}"
+        return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
+    if (wanted := units.parse(metric.thing.unit).dimension) != case.dimension:
+        message = f"`{case.by}` is {units.named(wanted)}, and its tolerance is {units.named(case.dimension)}"
+        return case.fault("E745", "within", message, "another unit", f"give it in {units.usual(wanted)}")
+    return None
+
+
+def _article(kind: str) -> str:
+    return f"a {kind}" if kind in ("measurement", "consensus") else kind
+
+
+def subjects_of(cases: Sequence[BoardCase]) -> list[SceneSubject]:
+    """Scenes once each, with the models that any of their cases asks."""
+    found: dict[str, SceneSubject] = {}
+    for case in cases:
+        if case.subject is not None:
+            own = found.setdefault(case.subject.name, case.subject)
+            names = dict.fromkeys((*own.models, *(e.name for e in case.entrants)))
+            found[own.name] = replace(own, models=tuple(names))
+    return list(found.values())
+
+
+# ------------------------------------------------------------------ who answers
+
+
+def _answered(case: Case, subject: SceneSubject) -> BoardCase:
+    scene = subject.scene
+    found = BoardCase(case, subject, entrants_of(scene, case.by))
+    metric = None if case.by is None else scene.declared[case.by].thing
+    reference = None if metric is None else scene.declared[metric.measured_from]
+    if metric is None or reference is None:
+        return found
+    source = str(vars(reference.thing).get("source_") or reference.thing.source or "")
+    return replace(found, against=reference.name, kind=reference.thing.kind, source=source, unit=metric.unit)
+
+
+def entrants_of(scene: Scene, metric: str | None) -> tuple[Entrant, ...]:
+    """Models of the body that a metric is about."""
+    body = None if metric is None else _body(scene, scene.declared[metric])
+    models = scene.of_kind("model")
+    return tuple(Entrant(n, what_it_is(scene, d)) for n, d in models.items() if body in (None, _own(scene, d)))
+
+
+def _body(scene: Scene, metric: Declared) -> str | None:
+    """The body of a metric; that of the metric whose number it judges. None of all."""
+    of = vars(metric.thing).get("of")
+    found: str | None = metric.thing.body_in(scene)
+    return found if found or of not in scene.declared else _body(scene, scene.declared[of])
+
+
+def _own(scene: Scene, model: Declared) -> str | None:
+    try:
+        return body_of(scene, model)
+    except SceneError:
+        return None
+
+
+def what_it_is(scene: Scene, model: Declared) -> str:
+    """A model but for its size and its body, as the board knows it in every case: `hex8, finite strain`."""
+    body = _own(scene, model)
+    kind = None if body is None else model.thing.kind(case_of(scene, body))
+    if kind is not None:
+        return str(kind.words)
+    if (of := vars(model.thing).get("of")) in scene.declared:
+        return f"{model.constructor.name} of {what_it_is(scene, scene.declared[of])}"
+    own = vars(model.thing)
+    what = own.get("element") or own.get("network") or model.constructor.name.replace("_", " ")
+    return f"{what}, {own['strain']} strain" if "strain" in own else str(what)

@@ -1,0 +1,176 @@
+"""Suites: which metric of which scene is a case of the board, one declaration for each.
+
+    scene "A board of two cases"
+    case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "How far out of its plane?")
+
+They are read by the parser of scenes. `kind` is that of the reference (`theory`, `measurement`, ...), `within` the
+error up to which an answer counts as right, in the unit of the metric. Scenes are paths beside the suite, or names of
+the standard library. To add a field: one line in FIELDS, and one in Case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.name_suggestions import nearest
+from softmark.grammar.parser import parse
+from softmark.grammar.tree import Span
+from softmark.interpreter.language import units
+from softmark.interpreter.language.units import Dimension, UnitError
+from softmark.records import dataclass
+from softmark.references.reference_base import Kind
+from softmark.scenes import ROOT
+
+SUFFIX = ".suite"
+KINDS: tuple[str, ...] = get_args(Kind)  # of references, as scenes write them
+FIELDS: Mapping[str, tuple[type, str]] = {  # of a case, after its scene: how it is written
+    "by": (tree.Name, "a metric of the scene, such as `by = eta`"),
+    "kind": (tree.Name, f"the kind of its reference: {', '.join(KINDS)}"),
+    "within": (tree.Number, "the error up to which an answer is right, such as `within = 2 %`"),
+    "asks": (tree.String, 'the question in one line, such as `asks = "How far does it sag?"`'),
+}
+FORM = 'case lifted = judged("bend-45", by = off_lifted, kind = one_code, within = 2 %, asks = "...")'
+
+
+@dataclass(frozen=True)
+class Case:
+    """One question of the board: a metric of a scene. `within` is SI, None where nobody says what is right."""
+
+    name: str
+    scene: str  # as it is written
+    by: str | None  # the metric; None: the first error of the scene
+    kind: str | None = None  # of the reference, `one code`
+    within: float | None = None
+    dimension: Dimension = units.NONE
+    asks: str = ""
+    source: Source | None = None
+    places: Mapping[str, Span] | None = None  # of its fields, and of its `scene`
+
+    def fault(self, code: str, field: str, message: str, label: str, help: str) -> Diagnostic:
+        """Something wrong with one of its fields, or with its `scene`."""
+        return Diagnostic(code, message, self.source, (self.places or {}).get(field), label, help)
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Cases under a title; scenes are looked for in `folder`, then in the standard library."""
+
+    title: str
+    cases: tuple[Case, ...]
+    folder: Path
+
+
+def standard_suites() -> dict[str, Path]:
+    """Suites of the standard library by name: `2026`, and `std/suites/2026.suite`."""
+    files = sorted((ROOT / "suites").glob(f"*{SUFFIX}"))
+    return {name: f for f in files for name in (f.stem, f"std/suites/{f.name}")}
+
+
+def is_suite(text: str) -> bool:
+    """Whether a text declares cases: what a scene is, and what a suite is, stands in it and not in its name."""
+    return any(line.lstrip().startswith("case ") for line in text.splitlines())
+
+
+def read(source: Source, folder: Path) -> tuple[Suite | None, list[Diagnostic]]:
+    """The suite of a text, None where it is in error, and what is wrong."""
+    syntax, found = parse(source)
+    title, cases = Path(source.name).stem, list[Case]()
+    for node in syntax.declarations:
+        if isinstance(node, tree.Title):
+            title = node.text
+        elif isinstance(node, tree.Declare) and node.kind == "case":
+            if (case := _case(node, source, found)) is not None:
+                cases.append(case)
+        elif not isinstance(node, tree.Version):
+            found.append(Diagnostic("E740", "a suite declares nothing but cases", source, node.span, "not a case",
+                                    f"what a case is about stands in its scene: `{FORM}`"))  # fmt: skip
+    found += _twice(cases)
+    if not cases and not found:
+        start = Span(0, 0, 1, 1, 1, 1)
+        found.append(Diagnostic("E740", "the suite has no case", source, start, help=f"declare one: `{FORM}`"))
+    return (None if found else Suite(title, tuple(cases), folder)), found
+
+
+def _twice(cases: list[Case]) -> list[Diagnostic]:
+    """Cases of one name, or of one scene and metric."""
+    names: set[str] = set()
+    asked: dict[tuple[str, str | None], str] = {}
+    found = []
+    for case in cases:
+        first = asked.setdefault((case.scene, case.by), case.name)
+        if case.name in names:
+            found.append(case.fault("E740", "name", f"`{case.name}` is declared twice", "the second one",
+                                    "give each case a name of its own"))  # fmt: skip
+        elif first != case.name:
+            found.append(case.fault("E740", "name", f"`{case.name}` asks what `{first}` asks", "the same metric",
+                                    "a case is one metric of one scene: leave one of them out"))  # fmt: skip
+        names.add(case.name)
+    return found
+
+
+def _case(node: tree.Declare, source: Source, found: list[Diagnostic]) -> Case | None:
+    """A case of its declaration; None, and why, where it is not one."""
+
+    def fail(span: Span, message: str, label: str, help: str) -> None:
+        found.append(Diagnostic("E741", message, source, span, label, help))
+
+    call = node.value
+    if not isinstance(call, tree.Call) or call.function.text != "judged":
+        fail(call.span, f"`{node.name}` does not say by what it is judged", "not `judged(...)`", f"such as `{FORM}`")
+        return None
+    given: dict[str, tree.Expression] = {}
+    places = {"name": node.name_span, "": call.span}
+    for argument in call.arguments:
+        name = argument.name or "scene"
+        span, value = argument.name_span or argument.span, argument.value
+        if name in given:
+            fail(span, f"`{name}` is given twice", "again", "a case is of one scene, and has each field once")
+        elif name != "scene" and name not in FIELDS:
+            close = nearest(name, FIELDS)
+            hint = f"did you mean `{close}`?" if close else f"fields are {', '.join(FIELDS)}"
+            fail(span, f"a case has no `{name}`", "not known", hint)
+        elif not isinstance(value, FIELDS[name][0] if name in FIELDS else tree.String):
+            fail(value.span, f"`{name}` is not written so", "not understood", _wanted(name))
+        given[name], places[name] = value, value.span
+    missing = [name for name in ("scene", *FIELDS) if name not in given]
+    for name in missing:
+        fail(call.span, f"`{node.name}` has no `{name}`", "missing", f"give {_wanted(name)}")
+    if any(d.span is not None and node.span.start <= d.span.start < node.span.end for d in found):
+        return None
+    return _made(node.name, given, source, places, found)
+
+
+def _wanted(name: str) -> str:
+    return FIELDS[name][1] if name in FIELDS else 'the scene first, by its file or its name, such as `"bend-45"`'
+
+
+def _made(
+    name: str, given: Mapping[str, tree.Expression], source: Source, places: Mapping[str, Span], found: list[Diagnostic]
+) -> Case | None:
+    scene, by, kind, within, asks = (given[n] for n in ("scene", *FIELDS))
+    match scene, by, kind, within, asks:
+        case tree.String(), tree.Name(), tree.Name(), tree.Number(), tree.String():
+            made = Case(name, scene.value, by.text, kind.text.replace("_", " "), asks=asks.value, source=source,
+                        places=places)  # fmt: skip
+        case _:  # refused before
+            return None
+    if kind.text not in KINDS:
+        close = nearest(kind.text, KINDS)
+        hint = f"did you mean `{close}`?" if close else f"kinds are {', '.join(KINDS)}"
+        found.append(made.fault("E744", "kind", f"`{kind.text}` is no kind of reference", "not known", hint))
+        return None
+    try:
+        unit = units.parse(within.unit.text) if within.unit else units.Measure(1.0, units.NONE)
+    except UnitError as error:
+        found.append(made.fault("E745", "within", error.problem, "not a unit", error.remedy))
+        return None
+    if not 0 < within.value < float("inf"):
+        found.append(made.fault("E745", "within", "nothing is within a tolerance of zero", "zero",
+                                "say how large an error may be that still answers the question"))  # fmt: skip
+        return None
+    return replace(made, within=within.value * unit.factor, dimension=unit.dimension)

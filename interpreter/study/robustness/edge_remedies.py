@@ -1,0 +1,138 @@
+"""Why a model ends where it does, and what would move the edge: from classes, codes, what it states, and other models.
+
+To add a remedy: a line in BY_CODE or BY_PART, or a rule in RULES, of which the first that has an answer counts.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+
+from softmark.interpreter.language import units
+from softmark.interpreter.planning.varied_quantities import WalkedQuantity
+from softmark.interpreter.study.robustness.robustness_record import Classified, StressEdge
+from softmark.interpreter.verification.error_estimate import DOUBTS
+
+LONGEST = 110  # letters of a reason
+
+BY_CODE: dict[str, str] = {
+    "W301": "use tet10, `formulation = mixed`, or hex8 with `integration = selective`",
+    "W302": "another strain measure: `strain = corotational` or `finite`",
+    "W304": "use `fem(...)` for a body that is not slender",
+    "W305": "a finer mesh, or a size that divides the body evenly",
+    "W306": "another strain measure: `strain = corotational` or `finite`",
+    "W312": "a finer mesh",
+    "W314": "an imperfection or a load that leads to the state that is meant",
+    "W318": "a smaller step",
+    "W321": "`stiffness = calibrated(...)`, or finite elements",
+    "W322": "`stiffness = calibrated(...)`, or finite elements",
+    "W331": "train it over this range",
+    "E304": "a larger size",
+    "E552": "use tet10 or hex8 with `formulation = mixed`, or a Poisson's ratio below 0.5",
+}
+BY_PART: dict[str, str] = {
+    "discretisation": "a finer mesh",
+    "model": "another strain measure, or another model",
+    "rounding": "double precision, and units in which stiffnesses are not so far apart",
+    "solver": "a smaller tolerance",
+}
+
+
+def reason_of(point: Classified) -> str:
+    """A short reason for the class of a point that is not right."""
+    doubt = next((DOUBTS[w] for w in point.warnings if w in DOUBTS), None)
+    if point.word == "inaccurate" and doubt is not None:
+        return f"{doubt}: {_error(point)}"
+    if point.word == "inaccurate":
+        return f"{_error(point)}; {point.message}" if point.message else _error(point)
+    if point.word == "silent":
+        return f"{_error(point)}, and nothing says so"
+    return _shortened(point.message or point.word.replace("_", " "))
+
+
+def _error(point: Classified) -> str:
+    if point.error is None:
+        return "the error is not known"
+    return f"off by {100 * point.error:.3g} %" if point.error < 10 else f"off by a factor of {point.error:.2g}"
+
+
+def _shortened(text: str) -> str:
+    """The first sentence or so."""
+    first = re.split(r"; |\n", text)[0]
+    return first if len(first) <= LONGEST else first[: LONGEST - 3].rsplit(" ", 1)[0] + " ..."
+
+
+# ------------------------------------------------------------------ what would move it
+
+
+def remedy_of(
+    point: Classified, quantity: WalkedQuantity, outlines: Mapping[str, str], others: Sequence[str], edge: StressEdge
+) -> str | None:
+    """What would move an edge: a rule, and which models of the same scene are right there."""
+    found = [text for rule in RULES if (text := rule(point, quantity, edge))][:1]
+    if others:
+        named = ", ".join(f"{m} ({outlines[m]})" if outlines.get(m) else m for m in others[:2])
+        found.append(f"right there: {named}")
+    return "; ".join(found) or None
+
+
+Rule = Callable[[Classified, WalkedQuantity, StressEdge], str | None]
+
+
+def _by_limit(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+    """A bound on what is the model's own to choose: its step, its size, its segments, a tolerance."""
+    attribute = quantity.name.rpartition(".")[2]
+    own = attribute in ("step", "size", "segments", "tolerance", "quality")
+    if not own or edge.last_right is None or point.word in ("timed_out", "unjudged"):
+        return None
+    bound = "at most" if edge.direction == "up" else "at least"
+    return f"`{attribute}` of {bound} {quantity_words(quantity, edge.last_right)}"
+
+
+def quantity_words(quantity: WalkedQuantity, value: float) -> str:
+    """A value of a quantity as people read it."""
+    if quantity.kind == "gap" and value < 0.5 and 0.5 - value < 1e-3:
+        return f"0.5 - {0.5 - value:.3g}"
+    if quantity.kind == "integer":
+        return str(int(value))
+    if quantity.vector:
+        return f"{value:.4g}x"
+    return units.show(float(f"{value:.4g}"), quantity.dimension) if value else "0"
+
+
+def _by_cost(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+    if point.word == "timed_out":
+        return "`--timeout` gives it more time"
+    if point.word == "failed" and "memory" in (point.message or ""):
+        return "a coarser mesh"
+    return None
+
+
+def _by_incompressibility(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+    if quantity.kind == "gap" and edge.direction == "up" and point.word != "unjudged":
+        return BY_CODE["E552" if point.code == "E552" else "W301"]
+    return None
+
+
+def _by_code(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+    codes = (point.code, *point.warnings)
+    return next((BY_CODE[c] for c in codes if c in BY_CODE), None)
+
+
+def _by_part(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+    """The largest part of the error that a model states."""
+    parts = {n: v for n, v in (point.stated.parts if point.stated else {}).items() if v is not None}
+    if point.word not in ("inaccurate", "silent") or not parts:
+        return None
+    return BY_PART.get(max(parts, key=lambda name: parts[name]))
+
+
+def _by_message(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:
+    """The help that the message itself ends with."""
+    if point.word not in ("not_converged", "diverged", "refused"):
+        return None
+    _, semicolon, help = (point.message or "").rpartition("; ")
+    return help if semicolon else None
+
+
+RULES: tuple[Rule, ...] = (_by_cost, _by_limit, _by_incompressibility, _by_part, _by_code, _by_message)

@@ -1,0 +1,45 @@
+"""Coarse grids over pairs of quantities: where each model is right when two things are extreme at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+from softmark.interpreter.planning.parameter_walk import Walk
+from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
+from softmark.interpreter.study.robustness.robustness_record import Classified, StressMap
+
+
+def levels(quantity: WalkedQuantity, walks: Sequence[Walk]) -> list[Value]:
+    """About six values from the farthest that the walks of a quantity reached on one side to that on the other."""
+    if quantity.options:
+        return list(quantity.options)
+    found: set[float] = {float(quantity.nominal)}
+    for direction, parts in (("up", (0.35, 0.7, 1.0)), ("down", (0.5, 1.0))):
+        own = [w for w in walks if w.ladder.direction == direction and max(w.seen, default=0.0) > 0]
+        if own:
+            farthest = max(own, key=lambda w: max(w.seen))
+            found |= {farthest.ladder.at(_position(farthest, part * max(farthest.seen))) for part in parts}
+    return sorted(found)
+
+
+def _position(walk: Walk, t: float) -> float:
+    """A position that was looked at, if one is near: its point is known already."""
+    near = min(walk.seen, key=lambda s: abs(s - t))
+    return near if abs(near - t) <= 0.2 * max(walk.seen) else t
+
+
+def pairs(quantities: Sequence[WalkedQuantity]) -> list[tuple[WalkedQuantity, WalkedQuantity]]:
+    """Every pair, once."""
+    return list(combinations(quantities, 2))
+
+
+def map_of(
+    model: str, x: WalkedQuantity, y: WalkedQuantity, xs: Sequence[Value], ys: Sequence[Value],
+    found: Mapping[tuple[Value, Value], Classified],
+) -> StressMap:  # fmt: skip
+    """One grid: rows by y, columns by x."""
+    rows = [[found.get((a, b)) for a in xs] for b in ys]
+    classes = [[c.word if c else None for c in row] for row in rows]
+    errors = [[c.error if c else None for c in row] for row in rows]
+    return StressMap(model, x.name, y.name, list(xs), list(ys), classes, errors)

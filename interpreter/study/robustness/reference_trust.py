@@ -1,0 +1,120 @@
+"""How far a truth can be trusted: the numerical error of a reference, and for a theory of beams its own.
+
+A theory of a line is not the solid. It leaves out that a clamp keeps its section from changing, which stiffens the
+root over a part of the depth as a plate is stiffer than a strip, by 1 / (1 - nu^2); what remains of a thick section,
+with the square of depth over length; and, since its material is linear, the square of strain. All three are estimated
+from the scene alone; no model is asked.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import field
+from typing import ClassVar
+
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.problem.body_case import Fault, case_for
+from softmark.interpreter.problem.theory_problems import problem_of
+from softmark.interpreter.results.json_records import Plain, by_name
+from softmark.interpreter.study.configurations.task_outcome import (
+    Attempt,
+    PointOutcome,
+    PointSummary,
+    ProbeTrace,
+    Truth,
+)
+from softmark.records import dataclass
+
+# times nu^2 width / length, or depth if that is larger. Ten-node tetrahedra of a fifth of the depth, on a beam 10 times
+# as long as deep, are 1 % off at nu = 0.3 and nearly right at nu = 0: a root stiffer over 0.28 depths explains it, as
+# 4 * 0.28 = 1.1
+CLAMPED = 1.2
+THICK = 0.2  # times (depth / length)^2
+STRAINED = 0.5  # times the square of the largest strain of bending
+LARGEST_STRAIN = 0.3  # of the fibres at the clamp, beyond which a linear section says nothing of a soft solid
+LINES = ("elastica", "simo_reissner", "small_deflection")
+
+
+@dataclass(frozen=True)
+class LeanReference(Plain):
+    """What a reference came to: its error in m, and the root mean square of what each probe moves in m."""
+
+    status: str
+    message: str | None
+    estimated_error: float | None
+    sizes: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LeanOutcome(Attempt):
+    """What of an outcome decides its class: fields of displacements as their root mean square."""
+
+    READ: ClassVar = {
+        "truths": PointOutcome.READ["truths"], "point": PointSummary.from_json,
+        "references": by_name(LeanReference.from_json),
+    }  # fmt: skip
+    SELDOM: ClassVar = PointOutcome.SELDOM
+
+    key: str
+    truths: Mapping[str, Truth] | None
+    wall_s: float | None
+    cpu_s: float | None
+    unfinished: bool
+    limit_s: float | None
+    point: PointSummary
+    references: Mapping[str, LeanReference] = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """Of the point."""
+        return self.point.status
+
+
+def uncertainty_of(outcome: LeanOutcome, against: str, probe: str, metric: str = "") -> float | None:
+    """The numerical error of a reference relative to what it says the probe moves; None where it is not known.
+
+    Of a model that is taken as right it is what the model states, in the terms of the metric, and of values that are
+    given what is said with them, as the metric has it.
+    """
+    if (truth := (outcome.truths or {}).get(against)) is not None:
+        return None if truth.stated is None else truth.stated.value
+    reference = outcome.references.get(against)
+    if reference is None or reference.estimated_error is None or not reference.sizes.get(probe):
+        given = outcome.point.errors.get(metric)
+        return None if given is None else given.uncertainty
+    return reference.estimated_error / reference.sizes[probe]
+
+
+def lean(outcome: PointOutcome) -> LeanOutcome:
+    """What of an outcome decides its class."""
+    references = {
+        name: LeanReference(r.status, r.message, r.estimated_error, {n: _size(p) for n, p in r.probes.items()})
+        for name, r in outcome.references.items()
+    }
+    own = (outcome.truths, outcome.wall_s, outcome.cpu_s, outcome.unfinished, outcome.limit_s)
+    return LeanOutcome(outcome.key, *own, PointSummary.from_json(outcome.point), references)
+
+
+def _size(probe: ProbeTrace) -> float:
+    """Root mean square of the lengths of displacements, m."""
+    return math.sqrt(sum(math.hypot(*u) ** 2 for u in probe.displacement) / max(1, len(probe.displacement)))
+
+
+def theory_of(scene: Scene, against: str) -> tuple[float, str | None]:
+    """What a theory of beams leaves out, relative, and why it is no truth here, if it is none."""
+    reference = scene.declared[against]
+    if reference.kind != "reference" or reference.constructor.name not in LINES:
+        return 0.0, None
+    try:
+        beam = problem_of(reference, case_for(scene, reference))
+    except Fault as refused:
+        return 0.0, refused.diagnostic.message
+    height, width = beam.section.extents
+    k, ratio, widest = beam.load_parameter, height / beam.length, max(height, width) / beam.length
+    # phi'(0) = k int (1-s) cos(phi) ds <= k / 2, and phi'(0)^2 / 2 = k int sin(phi) ds <= k
+    strain = 0.5 * ratio * min(0.5 * k, math.sqrt(2 * k))
+    if strain > LARGEST_STRAIN:
+        return 0.0, f"strains reach {strain:.2g} at the clamp: the theory is linear in them, and the solid is not"
+    clamped = CLAMPED * beam.poisson**2 * widest
+    return clamped + THICK * widest**2 + STRAINED * strain**2, None

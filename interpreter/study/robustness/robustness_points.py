@@ -1,0 +1,121 @@
+"""From values to a task: the scene with them, whether it can be built at all, the key by which a point is known."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import field, replace
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import parameter_overrides
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.scene_states import in_last
+from softmark.interpreter.planning.robustness_plan import StudyUnderway
+from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
+from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject, task_of
+from softmark.interpreter.study.configurations.configuration_task import is_about
+from softmark.interpreter.study.configurations.task_outcome import PointTask, TruthAsked
+from softmark.interpreter.study.robustness.point_classification import ABOUT_REFERENCES
+from softmark.interpreter.study.robustness.reference_trust import theory_of
+from softmark.interpreter.study.robustness.robustness_record import Classified
+from softmark.interpreter.validation.scene_checks import varied
+from softmark.records import dataclass
+
+COMPILING = 600.0  # CPU s that the first point of a model may take: kernels are compiled in it
+
+Values = tuple[tuple[str, Value], ...]  # of quantities, in their order
+
+
+@dataclass(frozen=True)
+class Site:
+    """The scene at some values: its errors, and what its truth leaves out, relative, or why it is none."""
+
+    scene: Scene
+    errors: tuple[Diagnostic, ...]
+    theory: float = 0.0
+    doubt: str | None = None
+
+
+@dataclass
+class Ground:
+    """The scene of one study, at any values."""
+
+    subject: SceneSubject
+    asked: StudyUnderway
+    _sites: dict[Values, Site] = field(default_factory=dict)
+    _tasks: dict[tuple[Values, str], PointTask] = field(default_factory=dict)
+
+    def quantity(self, name: str) -> WalkedQuantity:
+        """By its name."""
+        return next(q for q in self.asked.quantities if q.name == name)
+
+    def values(self, changed: Mapping[str, Value]) -> Values:
+        """Values that differ from the scene's own, in the order of the study."""
+        named = ((q, changed.get(q.name, q.nominal)) for q in self.asked.quantities)
+        return tuple((q.name, v) for q, v in named if v != q.nominal)
+
+    def texts(self, values: Values) -> dict[str, str]:
+        """What an override takes for each value."""
+        return {name: self.quantity(name).written(v) for name, v in values}
+
+    def site(self, values: Values) -> Site:
+        """The scene there, compiled once for all models."""
+        if values not in self._sites:
+            self._sites[values] = self._made(values)
+        return self._sites[values]
+
+    def _made(self, values: Values) -> Site:
+        given = [parameter_overrides.read_one(self.quantity(n).override(v), []) for n, v in values]
+        scene, found = varied(self.subject.scene, [o for o in given if o is not None])
+        errors = tuple(d for d in found if d.severity == "error")
+        if self.asked.against not in scene.declared:
+            return Site(scene, errors)
+        return Site(scene, errors, *theory_of(in_last(scene), self.asked.against))
+
+    def task(self, values: Values, model: str) -> PointTask:
+        """What performing this point needs; its key is that of the configuration and of what is asked of it."""
+        if (values, model) not in self._tasks:
+            task = task_of(self.subject, self.site(values).scene, model)
+            truth = self._truth()
+            asked = "stated" if truth is None else f"stated, and {truth.model} by {truth.metric}"
+            key = hashlib.sha256(f"{task.key} {asked}".encode()).hexdigest()
+            first = None if values else COMPILING
+            self._tasks[values, model] = replace(task, key=key, limit_s=first, truth=truth, stated=True, alone=True)
+        return self._tasks[values, model]
+
+    def _truth(self) -> TruthAsked | None:
+        """The model that is taken as right and the metric that does so; None where a reference is."""
+        known = self.subject.scene.declared.get(self.asked.against)
+        if known is None or known.kind != "model":
+            return None
+        return TruthAsked(self.asked.against, self.asked.metric)
+
+    def refusal(self, values: Values, model: str) -> Classified | None:
+        """The class of a point whose scene is in error; None where it is not."""
+        site = self.site(values)
+        if not site.errors:
+            return None
+        own = [d for d in site.errors if not _elsewhere(site.scene, self.subject.scene, d, model)]
+        of_truth = [d for d in site.errors if self._is_of_truth(site.scene, d)]
+        if not own and not of_truth and model in site.scene.declared:
+            return None  # what other models cannot do is no affair of this one
+        worst = (own or of_truth or list(site.errors))[0]
+        message = f"{worst.code}: {worst.message}" + (f"; {worst.help}" if worst.help else "")
+        if not own:
+            return Classified("unjudged", message=f"the scene cannot be built there: {message}", code=worst.code)
+        word = "unjudged" if is_about(self.subject.scene.of_kind("reference").values(), worst) else "refused"
+        word = "unjudged" if worst.code in ABOUT_REFERENCES else word
+        return Classified(word, message=message, code=worst.code)
+
+    def _is_of_truth(self, scene: Scene, error: Diagnostic) -> bool:
+        """Whether an error is about the model that is taken as right."""
+        if self._truth() is None:
+            return False
+        known = [s.declared.get(self.asked.against) for s in (scene, self.subject.scene)]
+        return is_about([d for d in known if d is not None], error)
+
+
+def _elsewhere(scene: Scene, nominal: Scene, error: Diagnostic, model: str) -> bool:
+    """Whether an error is about another model."""
+    others = [d for s in (scene, nominal) for n, d in s.of_kind("model").items() if n != model]
+    return is_about(others, error)

@@ -1,0 +1,270 @@
+"""A stability study carried out: every model along every quantity at once, so that no worker is idle; then the maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
+from softmark.interpreter.pipeline.run_environment import environment
+from softmark.interpreter.planning.declaration_dependencies import reached
+from softmark.interpreter.planning.parameter_walk import PointClass, Walk
+from softmark.interpreter.planning.robustness_plan import StudyUnderway, asked_of, judges, no_judge
+from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
+from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
+from softmark.interpreter.study.robustness import pair_maps
+from softmark.interpreter.study.robustness.point_classification import classify
+from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, uncertainty_of
+from softmark.interpreter.study.robustness.robustness_points import Ground, Values
+from softmark.interpreter.study.robustness.robustness_record import (
+    Classified,
+    Stress,
+    StressEdge,
+    StressMap,
+    StressPoint,
+    StressStudy,
+)
+from softmark.interpreter.study.robustness.task_queue import KIND, Desk
+from softmark.interpreter.study.robustness.validity_edges import choice_of, edge_of
+from softmark.interpreter.study.workers.task_journal import Interrupted, Journal, JournalRefused
+from softmark.interpreter.validation.requested_names import at_name, unknown_models
+from softmark.interpreter.vocabulary.study_words import Stability
+from softmark.records import dataclass
+
+TIMEOUT = 60.0  # s for a point
+MEMORY = 4.0  # GiB for a worker
+
+Say = Callable[[str, str], None]
+Then = Callable[[Classified], None]
+
+
+@dataclass(frozen=True)
+class StabilityRequest:
+    """What is to be stressed, and how. `timeout` in CPU seconds for each point, `memory` in GiB for each worker."""
+
+    folder: Path
+    models: tuple[str, ...] = ()
+    study: str | None = None
+    jobs: int = 1
+    timeout: float = TIMEOUT
+    memory: float = MEMORY
+    resume: bool = False
+    fresh: bool = False
+    command: str = ""
+    say: Say = field(default=lambda what, detail: None, repr=False)
+
+
+def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
+    """Carry the stability studies of a scene out, or one over everything where it declares none.
+
+    Raises SceneError for a request that cannot be meant, Refused for a folder that cannot be used, pool.Unavailable
+    if no worker starts, Interrupted, and OSError.
+    """
+    started = datetime.now(UTC)
+    asked = _asked(subject.scene, request)
+    with Journal.open(request.folder, request.fresh) as journal:
+        request.say("journal", journal.remark)
+        if journal.of_kind(KIND) and not request.resume:
+            count = len(journal.of_kind(KIND))
+            raise JournalRefused(f"{request.folder} holds {count} finished points; `--resume` goes on from there, "
+                          "`--fresh` starts anew")  # fmt: skip
+        desk = Desk(journal, request.jobs, request.timeout, request.memory, lambda n, key: None)
+        trials = [StudyTrial(Ground(subject, one), desk, request.say) for one in asked]
+        try:
+            for stage in (StudyTrial.start, StudyTrial.map):
+                for trial in trials:
+                    stage(trial)
+                desk.work()
+        except KeyboardInterrupt as stop:
+            kept = f"{len(journal.on_disk(KIND))} points are in {journal.path}"
+            raise Interrupted(f"{kept}; the same command with `--resume` goes on") from stop
+    created, studies = started.isoformat(timespec="seconds"), tuple(t.found() for t in trials)
+    return Stress.of(created, environment(started), request.command, subject.described(), studies)
+
+
+def _asked(scene: Scene, request: StabilityRequest) -> list[StudyUnderway]:
+    """The studies that are meant. Raises SceneError."""
+    problems = unknown_models(scene, request.models)
+    own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
+    if request.study is not None and request.study not in own:
+        help = f"studies: {', '.join(own)}" if own else "it declares none; leave `--study` out to walk every number"
+        message = f"`{request.study}` is not a stability study of the scene"
+        problems.append(at_name("--study", request.study, "E201", message, "not found", help))
+    if not own and not list(judges(scene)):
+        problems.append(no_judge(scene, None, "dsl stress"))
+    if problems:
+        raise SceneError(problems)
+    wanted: list[Declared | None] = [d for n, d in own.items() if request.study in (None, n)]
+    return [asked_of(scene, study, request.models) for study in wanted or [None]]
+
+
+# ------------------------------------------------------------------ one study
+
+
+@dataclass
+class StudyTrial:
+    """One study while it is carried out."""
+
+    ground: Ground
+    desk: Desk
+    say: Say
+    points: dict[tuple[Values, str], StressPoint] = field(default_factory=dict)
+    walks: dict[tuple[str, str], list[Walk]] = field(default_factory=dict)  # by model and quantity
+    chosen: dict[tuple[str, str], dict[str, Classified]] = field(default_factory=dict)
+    outlines: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def asked(self) -> StudyUnderway:
+        """What the study asks."""
+        return self.ground.asked
+
+    def start(self) -> None:
+        """Ask for every model in the scene as it is; their walks follow from there."""
+        for model in self.asked.models:
+            self.look(model, {}, lambda found, model=model: self._walk(model, found))  # type: ignore[misc]
+
+    def _walk(self, model: str, nominal: Classified) -> None:
+        for quantity in self.asked.quantities:
+            if not self._depends(model, quantity):
+                continue
+            if quantity.options:
+                self._choose(model, quantity, nominal)
+            for ladder in quantity.ladders:
+                walk = Walk(ladder, self.asked.until, {0.0: PointClass.of(nominal.word, nominal.status)})
+                self.walks.setdefault((model, quantity.name), []).append(walk)
+                self._step(model, quantity, walk)
+
+    def _step(self, model: str, quantity: WalkedQuantity, walk: Walk) -> None:
+        """Ask for the next point of a walk, and go on when it is there."""
+        t = walk.wanted()
+        if t is None:
+            return
+
+        def told(found: Classified) -> None:
+            walk.tell(t, PointClass.of(found.word, found.status))
+            self._step(model, quantity, walk)
+
+        self.look(model, {quantity.name: walk.ladder.at(t)}, told)
+
+    def _choose(self, model: str, quantity: WalkedQuantity, nominal: Classified) -> None:
+        seen = self.chosen.setdefault((model, quantity.name), {str(quantity.nominal): nominal})
+        for option in quantity.options:
+            if option != quantity.nominal:
+                self.look(model, {quantity.name: option}, lambda found, o=option: seen.update({o: found}))  # type: ignore[misc]
+
+    def _depends(self, model: str, quantity: WalkedQuantity) -> bool:
+        """Whether what a model comes to depends on a quantity: its key changes with it."""
+        scene = self.ground.subject.scene
+        owner = quantity.name.rpartition(".")[0]
+        if quantity.name not in scene.parameters and scene.declared[owner].kind == "model":
+            return owner in reached(scene, [model])
+        ends: list[Value] = [ladder.at(t) for ladder in quantity.ladders for t in ladder.rungs]
+        tried = (self.ground.values({quantity.name: v}) for v in (*ends, *quantity.options))
+        sound = next((v for v in tried if v and not self.ground.site(v).errors), None)
+        return sound is None or self.ground.task(sound, model).key != self.ground.task((), model).key
+
+    # ------------------------------------------------------------------ one point
+
+    def look(self, model: str, changed: Mapping[str, Value], then: Then) -> None:
+        """Find out what a point is, and tell."""
+        values = self.ground.values(changed)
+        known = self.points.get((values, model))
+        refused = self.ground.refusal(values, model) if known is None else None
+        if known is not None:
+            self.desk.soon(lambda: then(known.found))
+        elif refused is not None:
+            self.desk.soon(lambda: then(self._kept(values, model, refused, None)))
+        else:
+            task = self.ground.task(values, model)
+            self.desk.ask(task, lambda outcome: then(self._judged(values, model, outcome)))
+
+    def _judged(self, values: Values, model: str, outcome: LeanOutcome) -> Classified:
+        asked, site = self.asked, self.ground.site(values)
+        numerical = uncertainty_of(outcome, asked.against, asked.probe, asked.metric)
+        uncertainty = None if numerical is None and not site.theory else (numerical or 0.0) + site.theory
+        found = classify(outcome, asked.metric, asked.within, uncertainty, site.doubt)
+        self.outlines.setdefault(model, outcome.point.outline)
+        return self._kept(values, model, found, outcome.cpu_s)
+
+    def _kept(self, values: Values, model: str, found: Classified, cpu_s: float | None) -> Classified:
+        texts, key = self.ground.texts(values), self.ground.task(values, model).key
+        self.points.setdefault((values, model), StressPoint(model, dict(values), found, texts, key, cpu_s))
+        silent = sum(p.found.word == "silent" for p in self.points.values())
+        told = ", ".join((model, *(f"{n} = {t}" for n, t in texts.items())))
+        warned = f", {silent} SILENT" if silent else ""
+        self.say("stress", f"{self.asked.name}: {len(self.points)} points{warned}; {told}: {found.word}")
+        return found
+
+    # ------------------------------------------------------------------ maps
+
+    def map(self) -> None:
+        """Ask for every point of every grid."""
+        for model, x, y, xs, ys in self._grids():
+            for a in xs:
+                for b in ys:
+                    self.look(model, {x.name: a, y.name: b}, lambda found: None)
+
+    def _grids(self) -> list[tuple[str, WalkedQuantity, WalkedQuantity, list[Value], list[Value]]]:
+        if not self.asked.mapped:
+            return []
+        found = []
+        for x, y in pair_maps.pairs(self.asked.quantities):
+            for model in self.asked.models:
+                if self._depends(model, x) and self._depends(model, y):
+                    found.append((model, x, y, self._levels(x), self._levels(y)))
+        return found
+
+    def _levels(self, quantity: WalkedQuantity) -> list[Value]:
+        return pair_maps.levels(
+            quantity, [w for (_, name), own in self.walks.items() if name == quantity.name for w in own]
+        )
+
+    # ------------------------------------------------------------------ the result
+
+    def _at(self, model: str, name: str, value: Value) -> Classified | None:
+        known = self.points.get((self.ground.values({name: value}), model))
+        return known.found if known else None
+
+    def found(self) -> StressStudy:
+        """What the study has found."""
+        asked, quantities = self.asked, tuple(replace(q, ladders=()) for q in self.asked.quantities)
+        return StressStudy(
+            asked.name, asked.metric, asked.against, asked.within, asked.until, asked.models, self.outlines,
+            quantities, tuple(sorted(self.points.values(), key=self._order)), tuple(self._edges()), tuple(self._maps()),
+        )  # fmt: skip
+
+    def _order(self, point: StressPoint) -> tuple[Any, ...]:
+        """Return the place of a point among all: the same whether it was computed now or taken from the journal."""
+        names = [q.name for q in self.asked.quantities]
+        own = sorted((names.index(n), isinstance(v, str), v) for n, v in point.values.items())
+        return self.asked.models.index(point.model), len(own), own
+
+    def _edges(self) -> list[StressEdge]:
+        found: list[StressEdge] = []
+        models = self.asked.models
+        for model in models:
+            for quantity in self.asked.quantities:
+                for walk in self.walks.get((model, quantity.name), ()):
+                    others = self._beside(model, quantity, walk)
+                    found.append(edge_of(model, quantity, walk, self._at, self.outlines, others))
+                if seen := self.chosen.get((model, quantity.name)):
+                    found.append(choice_of(model, quantity, seen, self._at, self.outlines, models))
+        return found
+
+    def _beside(self, model: str, quantity: WalkedQuantity, walk: Walk) -> dict[str, Walk]:
+        """Walks of other models along the same quantity in the same direction."""
+        return {
+            other: own for other in self.asked.models if other != model
+            for own in self.walks.get((other, quantity.name), ()) if own.ladder.direction == walk.ladder.direction
+        }  # fmt: skip
+
+    def _maps(self) -> list[StressMap]:
+        found = []
+        for model, x, y, xs, ys in self._grids():
+            places = {(a, b): (self.ground.values({x.name: a, y.name: b}), model) for a in xs for b in ys}
+            known = {at: self.points[place].found for at, place in places.items() if place in self.points}
+            found.append(pair_maps.map_of(model, x, y, xs, ys, known))
+        return found

@@ -1,0 +1,85 @@
+"""Who wants to know which point: tasks wait here for workers, and those who asked for the outcomes.
+
+Several may ask for one point; it is computed once, and never again while its journal is there.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from softmark.interpreter.results import json_validation
+from softmark.interpreter.study.configurations.task_outcome import PointTask
+from softmark.interpreter.study.robustness.reference_trust import LeanOutcome, lean
+from softmark.interpreter.study.workers import worker_pool
+from softmark.interpreter.study.workers.task_journal import Journal
+
+Then = Callable[[LeanOutcome], None]
+KIND = "stress"  # of its entries in the journal
+PATIENCE = 10.0  # times the CPU time of a point that it may take by the clock
+
+
+@dataclass
+class Desk:
+    """Outcomes by key, tasks that wait, who is told. `memory` in GiB and `timeout` in CPU s of each task."""
+
+    journal: Journal
+    jobs: int
+    timeout: float
+    memory: float
+    said: Callable[[int, str], None]  # how many outcomes there are, and the last
+    outcomes: dict[str, LeanOutcome] = field(default_factory=dict)
+    _queue: deque[PointTask] = field(default_factory=deque)
+    _waiting: dict[str, list[Then]] = field(default_factory=dict)
+    _asked: dict[str, PointTask] = field(default_factory=dict)  # what a key stands for, for who reads the journal
+    _ready: deque[Callable[[], None]] = field(default_factory=deque)
+
+    def __post_init__(self) -> None:
+        entries = self.journal.of_kind(KIND).items()
+        sound = {
+            key: entry["outcome"]
+            for key, entry in entries
+            if json_validation.misfit(entry, json_validation.ENTRIES[KIND]) is None
+        }
+        known = {key: LeanOutcome.from_json({**outcome, "key": key}) for key, outcome in sound.items()}
+        self.outcomes = {key: o for key, o in known.items() if not o.again(self.timeout)}
+
+    def soon(self, action: Callable[[], None]) -> None:
+        """Do something when whoever is working now has finished, so that no chain of walks is too deep."""
+        self._ready.append(action)
+
+    def ask(self, task: PointTask, then: Then) -> None:
+        """Tell `then` the outcome of a task, when it is there."""
+        key = task.key
+        if key in self.outcomes:
+            self.soon(lambda: then(self.outcomes[key]))
+        elif key in self._waiting:
+            self._waiting[key].append(then)
+        else:
+            self._waiting[key] = [then]
+            self._asked[key] = task
+            self._queue.append(task)
+
+    def work(self) -> None:
+        """Until nobody waits for anything. Raises pool.Unavailable, OSError."""
+        self._drain()
+        command = (*worker_pool.WORKER, f"{self.memory:g}")
+        while self._queue:
+            for outcome in worker_pool.outcomes(
+                self._queue, self.jobs, self.timeout, command=command, patience=PATIENCE
+            ):
+                self._keep(lean(outcome))
+                self._drain()
+
+    def _keep(self, outcome: LeanOutcome) -> None:
+        key, asked = outcome.key, self._asked.pop(outcome.key)
+        self.journal.append(KIND, key, outcome=outcome.to_json(), model=asked.model, overrides=list(asked.overrides))
+        self.outcomes[key] = outcome
+        for then in self._waiting.pop(key):
+            self.soon(lambda then=then: then(outcome))  # type: ignore[misc]
+        self.said(len(self.outcomes), key)
+
+    def _drain(self) -> None:
+        while self._ready:
+            self._ready.popleft()()

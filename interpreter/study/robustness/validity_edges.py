@@ -1,0 +1,66 @@
+"""What walks have found: for each model and quantity how far it is right, and what lies beyond."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from softmark.interpreter.planning.parameter_walk import Walk
+from softmark.interpreter.planning.varied_quantities import WalkedQuantity
+from softmark.interpreter.study.robustness.edge_remedies import reason_of, remedy_of
+from softmark.interpreter.study.robustness.robustness_record import WORST, Classified, StressChoice, StressEdge
+
+At = Callable[[str, str, float | str], Classified | None]  # model, quantity, value -> what the point there is
+
+
+def edge_of(
+    model: str, quantity: WalkedQuantity, walk: Walk, at: At, outlines: Mapping[str, str], others: Mapping[str, Walk]
+) -> StressEdge:  # fmt: skip
+    """The edges of one walk; `others` go the same way with other models, which may be right where this one is not."""
+    found, verdicts, ladder = walk.edge(), walk.verdicts(), walk.ladder
+
+    def value(t: float | None) -> float | None:
+        return None if t is None else ladder.at(t) if t > 0 else float(quantity.nominal)
+
+    first, word = value(found.first_wrong), found.word
+    beyond = at(model, quantity.name, first) if first is not None else None
+    if word == "unjudged" and found.first_blind is not None:
+        beyond = at(model, quantity.name, value(found.first_blind) or 0.0)
+    silence = value(found.first_silence)
+    mute = at(model, quantity.name, silence) if silence is not None and silence != first else None
+    edge = StressEdge(
+        model, quantity.name, ladder.direction, value(found.last_right), first, word, value(found.last_answer), silence,
+        None if mute is None else mute.word, None if beyond is None else reason_of(beyond), None, value(found.reached),
+        verdicts.here, value(verdicts.first_right), verdicts.judged, verdicts.blind,
+        value(found.first_blind) if word == "unjudged" else None,
+    )  # fmt: skip
+    if beyond is None or found.first_wrong is None:
+        return edge
+    right = [m for m, other in others.items() if (other.edge().last_right or 0.0) >= found.first_wrong > 0]
+    return replace(edge, remedy=remedy_of(beyond, quantity, outlines, right, edge))
+
+
+def _right_there(model: str, quantity: WalkedQuantity, value: str, at: At, models: Sequence[str]) -> list[str]:
+    """Other models that are right with a choice with which this one is not."""
+    found = ((other, at(other, quantity.name, value)) for other in models if other != model)
+    return [other for other, seen in found if seen is not None and seen.word == "right"]
+
+
+def choice_of(
+    model: str, quantity: WalkedQuantity, seen: Mapping[str, Classified], at: At, outlines: Mapping[str, str],
+    models: Sequence[str],
+) -> StressChoice:  # fmt: skip
+    """The edge of a quantity that is chosen: the worst that a choice comes to."""
+    ranked = sorted((WORST.index(c.word), option) for option, c in seen.items() if c.word != "right")
+    right = tuple(option for option in quantity.options if option in seen and seen[option].word == "right")
+    classes = {option: c.word for option, c in seen.items()}
+    edge = StressChoice(model, quantity.name, "up", right=right, classes=classes)
+    if not ranked:
+        return edge
+    option = ranked[0][1]
+    worst = seen[option]
+    edge = replace(edge, word=worst.word, reason=f"{option}: {reason_of(worst)}")
+    if worst.word == "unjudged":  # that nothing is known of the truth is no fault of the model
+        return edge
+    others = _right_there(model, quantity, option, at, models)
+    return replace(edge, remedy=remedy_of(worst, quantity, outlines, others, edge))

@@ -1,0 +1,80 @@
+"""Warnings by the declaration that they point into: it may stand elsewhere by now, and is the same text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic, Second, Source
+from softmark.grammar.tree import Span
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Location, Scene
+
+Json = Mapping[str, Any]
+
+
+class Unplaced(Exception):
+    """It points to what no declaration holds."""
+
+
+def to_json(found: Diagnostic, scene: Scene) -> dict[str, Any]:
+    """A warning without its texts. Raises Unplaced."""
+    return {
+        "code": found.code, "message": found.message, "label": found.label, "help": found.help,
+        "notes": list(found.notes), "at": _place(found.source, found.span, scene),
+        "also": [{"label": s.label, "at": _place(s.source, s.span, scene)} for s in found.also],
+    }  # fmt: skip
+
+
+def from_json(own: Json, scene: Scene) -> Diagnostic:
+    """The warning in a scene of the same declarations. Raises LookupError."""
+    source, span = _found(own["at"], scene)
+    also = []
+    for second in own["also"]:
+        where, there = _found(second["at"], scene)
+        if where is None or there is None:
+            raise LookupError("a second place is nowhere")
+        also.append(Second(where, there, second["label"]))
+    return Diagnostic(
+        own["code"], own["message"], source, span, own["label"], own["help"], tuple(own["notes"]), tuple(also)
+    )
+
+
+def _place(source: Source | None, span: Span | None, scene: Scene) -> list[Any] | None:
+    """The name of the declaration, the field whose text it is in, and the span from where that begins."""
+    if source is None or span is None:
+        return None
+    for name, field, at in _anchors(scene):
+        if at.source == source and at.span.start <= span.start and span.end <= at.span.end:
+            return [name, field, *_shifted(span, at.span, -1)]
+    raise Unplaced(f"{source.name}:{span.line}")
+
+
+def _found(at: list[Any] | None, scene: Scene) -> tuple[Source | None, Span | None]:
+    if at is None:
+        return None, None
+    name, field, *offsets = at
+    declared = scene.declared[name]
+    anchor = declared.fields[field] if field else declared.location
+    return anchor.source, Span(*_shifted(Span(*offsets), anchor.span, 1))
+
+
+def _anchors(scene: Scene) -> Iterator[tuple[str, str, Location]]:
+    for name, declared in scene.declared.items():
+        yield name, "", declared.location
+        yield from ((name, field, at) for field, at in declared.fields.items())
+
+
+def _shifted(span: Span, begin: Span, sign: int) -> tuple[int, int, int, int, int, int]:
+    """A span from its anchor (-1), or back (1): columns of the first line alone depend on it."""
+    first = 0 if sign > 0 else begin.line
+
+    def column(line: int, column: int) -> int:
+        return column + sign * (begin.column if line == first else 0)
+
+    return (
+        span.start + sign * begin.start, span.end + sign * begin.start,
+        span.line + sign * begin.line, column(span.line, span.column),
+        span.end_line + sign * begin.line, column(span.end_line, span.end_column),
+    )  # fmt: skip

@@ -1,0 +1,272 @@
+"""Timing that can be trusted: one process at a time on the machine, on a processor of its own, in rounds.
+
+Every run of every job is a fresh process (`timed_process.py`). Rounds are interleaved, A B C A B C, so that a machine
+that slows down slows all; two comparisons on one machine take turns. A run that was disturbed is repeated. Each record
+goes to `keep` as soon as it is there, and comes back as `done` when a comparison goes on after an interruption.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from softmark.interpreter.results.state_results import SOLVED
+from softmark.interpreter.study.analysis import timing_quality
+from softmark.interpreter.study.configurations.timing_job import TimingJob
+from softmark.interpreter.study.timing.os_counters import Gauges
+from softmark.interpreter.study.timing.processor_choice import least_busy
+
+Record = dict[str, Any]
+Say = Callable[[str, str], None]  # (what is being done, detail)
+CHILD = (sys.executable, "-P", "-m", "softmark.interpreter.study.timing.timed_process")
+GLANCE = 0.25  # s, how long the machine is watched before a round
+LONGEST_WAIT = 600.0  # s; whoever holds the lock for longer is timing no run, and anybody can hold it
+TURN = 0.1  # s after a run in which another comparison may begin one
+PATIENCE = 5.0  # s at most that a round waits for the machine to calm down
+CALM = 0.05  # share of the time in which some task waits
+FEW = 3  # runs of a job whose process takes long
+
+
+def _nobody(what: str, detail: str) -> None:
+    """Nobody listens."""
+
+
+def _nowhere(record: Record) -> None:
+    """Nothing is kept."""
+
+
+@dataclass
+class _Book:
+    """All records of the jobs, and what is still to be done."""
+
+    jobs: Sequence[TimingJob]
+    repeats: int
+    extra: int
+    phases: bool
+    records: dict[str, list[Record]] = field(default_factory=dict)
+
+    def add(self, record: Record) -> None:
+        """Another run."""
+        self.records.setdefault(str(record.get("key")), []).append(record)
+
+    def of(self, job: TimingJob) -> list[Record]:
+        """Runs of a job, in their order."""
+        return self.records.get(job.key, [])
+
+    @property
+    def pace(self) -> float | None:
+        """How fast the processor usually was."""
+        return timing_quality.usual_pace(r for own in self.records.values() for r in own)
+
+    def timed(self, job: TimingJob) -> list[Record]:
+        """Runs that were timed."""
+        return [r for r in self.of(job) if timing_quality.good(r)]
+
+    def wanted(self, job: TimingJob) -> int:
+        """How many clean runs there should be."""
+        costly = any(r.get("elapsed_s", 0.0) > job.costly_s for r in self.timed(job))
+        return min(self.repeats, FEW) if costly else self.repeats
+
+    def due(self, job: TimingJob) -> bool:
+        """Whether it needs another run: there are too few clean ones, and it has not failed or been tried enough."""
+        if any(r.get("status") not in SOLVED for r in self.of(job)):
+            return False
+        runs, wanted = self.timed(job), self.wanted(job)
+        calm = sum(timing_quality.clean(r, self.pace) for r in runs)
+        return calm < wanted and len(runs) < wanted + self.extra
+
+    def unexplained(self) -> list[TimingJob]:
+        """Jobs of which it is not known where their time goes."""
+        if not self.phases:
+            return []
+        return [j for j in self.jobs if self.timed(j) and not any(r.get("kind") == "phases" for r in self.of(j))]
+
+
+def timings(
+    jobs: Sequence[TimingJob],
+    repeats: int = 5,
+    keep: Callable[[Record], None] = _nowhere,
+    done: Iterable[Record] = (),
+    say: Say = _nobody,
+    extra: int | None = None,
+    phases: bool = True,
+) -> dict[str, timing_quality.CostJson | None]:
+    """The cost of each job by its key (see `quality.cost`), None where it has no solution.
+
+    Each is run until `repeats` of its runs are undisturbed, with at most `extra` more (as many as `repeats`, unless
+    said otherwise), and once more with clocks inside for the `phases`. Records in `done` count if they are of this
+    machine. Jobs of one key are one job.
+    """
+    unique = list({job.key: job for job in jobs}.values())
+    book = _Book(unique, repeats, repeats if extra is None else extra, phases)
+    for record in done:
+        if record.get("host") == host():
+            book.add(record)
+    if any(map(book.due, unique)) or book.unexplained():
+        with _Desk(keep, say) as desk:
+            desk.work(book)
+    return {job.key: timing_quality.cost(book.of(job), repeats, book.pace) for job in unique}
+
+
+def host() -> str:
+    """What times are comparable on: this machine, with this Python."""
+    return f"{platform.node()} {platform.machine()} python {platform.python_version()}"
+
+
+class _Desk:
+    """Runs one process after the other; stays off the processor that they are on."""
+
+    def __init__(self, keep: Callable[[Record], None], say: Say) -> None:
+        self.keep, self.say = keep, say
+        self.cores: list[int] = []
+        self.allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
+
+    def __enter__(self) -> _Desk:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        if self.allowed:
+            with suppress(OSError):
+                os.sched_setaffinity(0, self.allowed)
+
+    def work(self, book: _Book) -> None:
+        """Round after round until nothing is due."""
+        while due := [job for job in book.jobs if book.due(job)]:
+            self._settle(max(job.threads for job in due))
+            for job in due:
+                tries = len(book.timed(job)) + 1
+                self.say("time", f"{job.called}: run {tries} of {max(tries, book.wanted(job))}")
+                with exclusive(self.say):
+                    self._one(book, job, "timed")
+        for job in book.unexplained():
+            self.say("time", f"{job.called}: where the time goes")
+            self._settle(job.threads)
+            with exclusive(self.say):
+                self._one(book, job, "phases")
+
+    def _one(self, book: _Book, job: TimingJob, kind: str) -> None:
+        record = one_run(job, self.cores, kind)
+        if kind == "timed" and (found := timing_quality.disturbances(record, book.pace)):
+            record["flags"] = found
+            self.say("time", f"{job.called}: disturbed ({', '.join(found)})")
+            if len(self.allowed) > max(2, len(self.cores)):  # perhaps another processor is quieter
+                self.cores = []
+        book.add(record)
+        self.keep(record)
+
+    def _settle(self, threads: int) -> None:
+        """Wait, but not for long, until nobody waits for a processor; then choose one."""
+        begin = time.monotonic()
+        while True:
+            start = Gauges.now()
+            time.sleep(GLANCE)
+            now = Gauges.now()
+            seen = now.since(start)
+            if (seen["pressure_s"] or 0.0) <= CALM * seen["wall_s"] or time.monotonic() - begin > PATIENCE:
+                break
+        if self.allowed and len(self.cores) != min(threads, len(self.allowed)):
+            self.cores = least_busy(self.allowed, start.busy, now.busy, threads)
+            with suppress(OSError):
+                os.sched_setaffinity(0, self.allowed - set(self.cores) or self.allowed)
+
+
+def one_run(job: TimingJob, cores: Sequence[int], kind: str = "timed") -> Record:
+    """The record of one process; a process that ends without one, or not in time, has a status and a message."""
+    asked = job.to_json() | {"cores": list(cores), "phases": kind == "phases"}
+    begin = time.monotonic()
+    record = _answer(job, json.dumps(asked).encode())
+    return record | {
+        "key": job.key,
+        "kind": kind,
+        "host": host(),
+        "elapsed_s": time.monotonic() - begin,
+    }
+
+
+def _answer(job: TimingJob, asked: bytes) -> Record:
+    """What the process says, or what became of it."""
+    with tempfile.TemporaryFile() as spoken:
+        environment = {**os.environ, **job.environment}
+        pipe = subprocess.PIPE
+        with subprocess.Popen(CHILD, stdin=pipe, stdout=pipe, stderr=spoken, env=environment) as child:
+            try:
+                answer, _ = child.communicate(asked, timeout=job.timeout_s)
+            except subprocess.TimeoutExpired:
+                late = f"it was not done after {job.timeout_s:g} s"
+                return {"status": "timed_out", "message": late, "pid": child.pid}
+            finally:  # also where somebody interrupts
+                if child.poll() is None:
+                    child.kill()
+        spoken.seek(0)
+        return _read(answer, child, spoken.read()[-500:].decode(errors="replace"))
+
+
+def _read(answer: bytes, child: subprocess.Popen[bytes], spoken: str) -> Record:
+    try:
+        record: Record = json.loads(answer)
+    except ValueError:
+        how = f"by signal {-child.returncode}" if child.returncode < 0 else f"with status {child.returncode}"
+        last = spoken.strip().splitlines()[-1:] or ["it said nothing"]
+        return {"status": "failed", "message": f"the process ended {how}: {last[0]}", "pid": child.pid}
+    return record
+
+
+# ------------------------------------------------------------------ one run at a time
+
+
+def lock_file() -> Path:
+    """The file whose lock a comparison holds while a run is timed; one for the machine, whoever works on it."""
+    return Path(tempfile.gettempdir()) / "softmark-timing.lock"
+
+
+@contextmanager
+def exclusive(say: Say = _nobody) -> Iterator[None]:
+    """Wait until no other comparison on this machine is timing a run. Without such locks nothing is waited for.
+
+    The lock is held for a run, and left to others for a moment after it: comparisons take turns.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    handle = _opened(lock_file())
+    if handle is None:
+        yield
+        return
+    told, latest = False, time.monotonic() + LONGEST_WAIT
+    try:
+        while time.monotonic() < latest:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except OSError:
+                if not told:
+                    say("time", "another comparison is timing on this machine; waiting for it")
+                told = True
+                time.sleep(TURN / 4)
+        else:
+            say("took", f"{lock_file()} is locked for {LONGEST_WAIT:g} s: timing goes on without it")
+        yield
+    finally:
+        os.close(handle)  # gives the lock back
+        time.sleep(TURN)
+
+
+def _opened(file: Path) -> int | None:
+    """The file, made if need be; in a folder of everybody's, one that another has made may only be read."""
+    careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+    for flags in (os.O_RDONLY, os.O_RDWR | os.O_CREAT):
+        with suppress(OSError):
+            return os.open(file, flags | careful, 0o644)
+    return None

@@ -1,0 +1,210 @@
+"""What a comparison has finished, line by line on disk: a process that is killed loses nothing that was written.
+
+A line is one JSON object, written by one call and synced. The first says whose journal it is; every other has a `kind`,
+the `key` of a configuration and the number of its `repeat`: the three together occur once. A last line
+that was torn when the power went is not counted, and is cut off before anything is appended. Every entry ends with the
+authentication code of the user who wrote it, `hmac`: an entry without it, as in a journal that came with somebody
+else's scene, counts as not written.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from typing import Any, Self
+
+from softmark.interpreter.results.atomic_files import replace
+from softmark.interpreter.results.result_authentication import code_of, is_authentic
+
+SCHEMA = "softmark-journal/1"
+NAME, LOCK = "journal.jsonl", "journal.lock"
+CODE = "hmac"  # the last member of an entry
+
+Json = dict[str, Any]
+Identity = tuple[str, str, int]  # kind, key, repeat
+
+
+class JournalRefused(Exception):
+    """The folder cannot be used for this comparison; the text says why and what to do."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """A study was interrupted; the text says what is on disk."""
+
+
+def identity(entry: Json) -> Identity:
+    """What an entry is about: entries that share it are one."""
+    return str(entry["kind"]), str(entry["key"]), int(entry.get("repeat", 0))
+
+
+@dataclass
+class Journal:
+    """An open journal, locked against other processes. Use it as a context, or close it."""
+
+    path: Path
+    entries: dict[Identity, Json] = field(default_factory=dict)
+    foreign: int = 0  # entries that this user's runs did not write
+    _file: int = -1
+    _lock: int = -1
+
+    @classmethod
+    def open(cls, folder: Path, fresh: bool = False) -> Journal:
+        """The journal of a folder, made if need be; `fresh` starts it anew. Raises Refused, OSError."""
+        folder.mkdir(parents=True, exist_ok=True)
+        journal = cls(folder / NAME)
+        journal._lock = _locked(folder / LOCK)
+        try:
+            journal._start(fresh)
+        except BaseException:
+            journal.close()
+            raise
+        return journal
+
+    def _start(self, fresh: bool) -> None:
+        data = b"" if fresh else _contents(self.path)
+        whole = data[: data.rfind(b"\n") + 1]  # what follows the last line end was torn
+        lines = list(_objects(whole))
+        if whole and not lines:
+            raise JournalRefused(f"{self.path} is not a journal; `--fresh` replaces it, `--out` chooses another folder")
+        if lines and lines[0].get("schema") != SCHEMA:
+            found = str(lines[0].get("schema", "no journal of softmark"))[:80]
+            raise JournalRefused(
+                f"{self.path} is {found}, not {SCHEMA}; `--fresh` starts a new one, `--out` another folder"
+            )
+        for entry in lines[1:]:
+            if not _sound(entry):
+                continue
+            if _authentic(entry):
+                self.entries.setdefault(identity(entry), entry)
+            else:
+                self.foreign += 1
+        if fresh:
+            replace(self.path, "")  # a new file: one that has other names, or a link, stays as it is
+        self._file = _opened(self.path, os.O_RDWR | os.O_APPEND)
+        os.ftruncate(self._file, len(whole) if lines else 0)
+        if not lines:
+            self.entries.clear()
+            self._write({"schema": SCHEMA})
+
+    @property
+    def remark(self) -> str:
+        """Return a note on entries that this user's runs did not write; empty if there are none."""
+        if not self.foreign:
+            return ""
+        count = f"{self.foreign} entr{'y' if self.foreign == 1 else 'ies'} of {self.path}"
+        return f"{count} not written by your own runs: computed again"
+
+    def add(self, entry: Json) -> bool:
+        """Append an entry and sync; False, and nothing written, where it is there already. Raises OSError."""
+        name = identity(entry)
+        if name in self.entries:
+            return False
+        self._write(entry)
+        self.entries[name] = entry
+        return True
+
+    def append(self, kind: str, key: str, **said: Any) -> None:
+        """Add a further entry of a kind and a key: the next of its repeats. Raises OSError."""
+        repeat = next(i for i in count() if (kind, key, i) not in self.entries)
+        self.add({"kind": kind, "key": key, "repeat": repeat, **said})
+
+    def _write(self, entry: Json) -> None:
+        told = entry if "schema" in entry else {**entry, CODE: code_of(SCHEMA, _text(entry))}
+        data = _text(told) + b"\n"
+        if os.write(self._file, data) != len(data):
+            raise OSError(None, "the journal could not be written whole: is the disk full?")
+        os.fsync(self._file)
+
+    def of_kind(self, kind: str) -> dict[str, Json]:
+        """Entries of a kind by key; of those with repeats, the last."""
+        return {key: entry for (own, key, _), entry in self.entries.items() if own == kind}
+
+    def on_disk(self, kind: str) -> set[str]:
+        """Keys of a kind as the file has them: after an interruption it may know more than this process."""
+        data = _contents(self.path)
+        lines = _objects(data[: data.rfind(b"\n") + 1])
+        return {str(line["key"]) for line in lines if line.get("kind") == kind and "key" in line and _authentic(line)}
+
+    def close(self) -> None:
+        """Let go of the file and of the lock."""
+        for descriptor in (self._file, self._lock):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self._file = self._lock = -1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def _sound(entry: Json) -> bool:
+    """Whether an entry says what it is about; another counts as not written."""
+    named = isinstance(entry.get("kind"), str) and isinstance(entry.get("key"), str)
+    return named and type(entry.get("repeat", 0)) is int
+
+
+def _authentic(entry: Json) -> bool:
+    """Return whether an entry carries this user's code, which is removed from it."""
+    code = entry.pop(CODE, "")
+    try:
+        return is_authentic(SCHEMA, _text(entry), str(code))
+    except ValueError:  # numbers that are none, which are never written
+        return False
+
+
+def _text(entry: Json) -> bytes:
+    text = json.dumps(entry, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.encode(errors="surrogatepass")
+
+
+def _contents(path: Path) -> bytes:
+    """Return the bytes of a journal, empty if there is no file. Raises Refused, OSError."""
+    try:
+        descriptor = _opened(path, os.O_RDONLY)
+    except FileNotFoundError:
+        return b""
+    with os.fdopen(descriptor, "rb") as file:
+        return file.read()
+
+
+def _opened(path: Path, flags: int) -> int:
+    """Open a regular file, created if it is to be written, never through a symbolic link. Raises Refused."""
+    careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        what = "a symbolic link" if path.is_symlink() else "not a regular file"
+        raise JournalRefused(f"{path} is {what}; take it away, or choose another folder with `--out`")
+    return os.open(path, flags | careful | (0 if flags == os.O_RDONLY else os.O_CREAT), 0o644)
+
+
+def _objects(data: bytes) -> Iterator[Json]:
+    """The JSON objects of whole lines; a line that cannot be read counts as not written."""
+    for line in data.splitlines():
+        if not line.startswith(b"{"):
+            continue
+        try:
+            found = json.loads(line)
+        except (ValueError, RecursionError):
+            continue
+        if isinstance(found, dict):
+            yield found
+
+
+def _locked(path: Path) -> int:
+    """An exclusive lock that the system lets go when this process ends, however it ends. Raises Refused."""
+    import fcntl
+
+    descriptor = _opened(path, os.O_RDWR)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(descriptor)
+        raise JournalRefused(
+            f"another comparison is running in {path.parent}; wait for it, or choose another folder with `--out`"
+        ) from error
+    return descriptor

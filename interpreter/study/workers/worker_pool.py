@@ -1,0 +1,322 @@
+"""Accuracy tasks done by others: worker processes of this machine, or a dask cluster.
+
+    outcomes(tasks, jobs=2)                 in worker processes, one thread each
+    outcomes_of_cluster(tasks, address)     wherever the scheduler at the address has workers
+
+Both give every task's outcome as it comes, once. A worker that dies takes one task with it, which fails, and no other.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from softmark.interpreter.study.configurations import timing_job
+from softmark.interpreter.study.configurations.configuration_task import failed
+from softmark.interpreter.study.configurations.task_outcome import PointOutcome, PointTask
+
+Started = Callable[[str], None]  # told the key of a task as it begins
+
+THREADS = (*timing_job.THREADS, "NUMEXPR_NUM_THREADS", "BLIS_NUM_THREADS")
+WORKER = (sys.executable, "-P", "-m", "softmark.interpreter.study.workers.worker_process")
+TICK = 0.2  # s between looks at the clock
+START = 120.0  # s in which a worker must have started
+STARTS = 3  # workers in a row that may fail to start
+
+
+class NoWorkers(Exception):
+    """Nobody can do the tasks; the text says why and what to do."""
+
+
+def unfinished(task: PointTask, message: str) -> PointOutcome:
+    """The outcome of a task that was lost: it says nothing about the result, another try may have one."""
+    return failed(task, message, unfinished=True)
+
+
+def timed_out(task: PointTask, limit: float) -> PointOutcome:
+    """The outcome of a task that had `limit` seconds: with more, it may have a result."""
+    why = f"it was stopped after {limit:g} s; `--timeout` gives more"
+    return failed(task, why, "timed_out", wall_s=limit, unfinished=True, limit_s=limit)
+
+
+def environment() -> dict[str, str]:
+    """The environment of a worker: one thread for every library, since tasks share the machine."""
+    return {**os.environ, **dict.fromkeys(THREADS, "1")}
+
+
+# ------------------------------------------------------------------ processes
+
+
+@dataclass
+class _Worker:
+    """One process, and the task that it has."""
+
+    process: subprocess.Popen[bytes]
+    task: PointTask | None = None
+    ready: bool = False
+    since: float = field(default_factory=time.monotonic)  # it started, or its task did
+    read: bytes = b""
+    spent: float | None = None  # CPU s of the process when it began with its task
+
+    def give(self, task: PointTask) -> None:
+        """Send a task. Raises OSError if the process has gone."""
+        self.task, self.since, self.spent = task, time.monotonic(), cpu_of(self.process.pid)
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(task.to_json(), separators=(",", ":")).encode() + b"\n")
+        self.process.stdin.flush()
+
+    def end(self) -> int:
+        """Kill the process and wait for it; its exit status."""
+        if self.process.poll() is None:
+            self.process.kill()
+        code = self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
+            with suppress(OSError):  # what was still to be written to it cannot be
+                if pipe is not None:
+                    pipe.close()
+        return code
+
+
+def cpu_of(pid: int) -> float | None:
+    """CPU seconds that a process has spent so far; None where the system does not tell."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+            fields = file.read().rpartition(")")[2].split()
+    except OSError:
+        return None
+    return (int(fields[11]) + int(fields[12])) / float(os.sysconf("SC_CLK_TCK"))  # utime and stime of proc(5)
+
+
+def outcomes(
+    tasks: Sequence[PointTask] | deque[PointTask],
+    jobs: int = 1,
+    timeout: float | None = None,
+    started: Started = lambda key: None,
+    command: Sequence[str] = WORKER,
+    patience: float = 1.0,
+) -> Iterator[PointOutcome]:
+    """The outcomes of tasks done in `jobs` processes, as they come. Raises Unavailable if no process starts.
+
+    A task that takes longer than `timeout` seconds is killed, `timed_out`; closing the iterator kills all workers.
+    With a `patience` above 1 the timeout is of CPU time, so that a busy machine changes no outcome; what waits in vain
+    is killed after so many times as long.
+    Of a deque they are taken as they are given: whoever hears an outcome may append further ones.
+    """
+    waiting = tasks if isinstance(tasks, deque) else deque(tasks)
+    pool = _Pool(waiting, jobs, timeout, started, command=command, patience=patience)
+    try:
+        yield from pool.run()
+    finally:
+        pool.end()
+
+
+@dataclass
+class _Pool:
+    waiting: deque[PointTask]
+    jobs: int
+    timeout: float | None
+    started: Started
+    workers: dict[int, _Worker] = field(default_factory=dict)  # by the descriptor of its outcomes
+    selector: selectors.BaseSelector = field(default_factory=selectors.DefaultSelector)
+    command: Sequence[str] = WORKER
+    lost: int = 0  # workers in a row that did not start
+    patience: float = 1.0
+
+    def run(self) -> Iterator[PointOutcome]:
+        """Outcomes until all tasks are done."""
+        while self.waiting or any(w.task for w in self.workers.values()):
+            self._staff()
+            for key, _ in self.selector.select(TICK):
+                yield from self._heard(key.fd)
+            yield from self._late()
+
+    def end(self) -> None:
+        """Kill every worker."""
+        for worker in self.workers.values():
+            worker.end()
+        self.workers.clear()
+        self.selector.close()
+
+    def _staff(self) -> None:
+        """As many workers as there is work for, and a task for each that has none."""
+        busy = sum(w.task is not None for w in self.workers.values())
+        while len(self.workers) < min(self.jobs, busy + len(self.waiting)):
+            process = subprocess.Popen(
+                [*self.command],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment(),
+            )  # fmt: skip
+            assert process.stdout is not None
+            self.workers[process.stdout.fileno()] = _Worker(process)
+            self.selector.register(process.stdout, selectors.EVENT_READ)
+        for worker in self.workers.values():
+            if worker.ready and worker.task is None and self.waiting:
+                task = self.waiting.popleft()
+                self.started(task.key)
+                with suppress(OSError):  # it may have died: its pipe ends, and then the task is told of
+                    worker.give(task)
+
+    def _heard(self, descriptor: int) -> Iterator[PointOutcome]:
+        """What a worker has written: that it is ready, an outcome, or its end."""
+        worker = self.workers[descriptor]
+        data = os.read(descriptor, 1 << 20)
+        if not data:
+            yield from self._died(descriptor)
+            return
+        *lines, worker.read = (worker.read + data).split(b"\n")
+        for line in lines:
+            found = json.loads(line)
+            if worker.ready:
+                worker.task = None
+                yield PointOutcome.from_json(found)
+            else:
+                worker.ready, self.lost = True, 0
+
+    def _died(self, descriptor: int, late: bool = False) -> Iterator[PointOutcome]:
+        worker = self.workers.pop(descriptor)
+        self.selector.unregister(descriptor)
+        code = worker.end()
+        if worker.task is not None:
+            limit = self.timeout if late else None
+            yield unfinished(worker.task, _death(code)) if limit is None else timed_out(worker.task, limit)
+        elif not worker.ready:
+            self.lost += 1
+            if self.lost >= STARTS:
+                raise NoWorkers(f"worker processes do not start (exit status {code}); see the lines above")
+
+    def _late(self) -> Iterator[PointOutcome]:
+        """Kill what has had its time."""
+        now = time.monotonic()
+        for descriptor, worker in list(self.workers.items()):
+            spent = now - worker.since
+            if worker.task is not None and self.timeout is not None and self._over(worker, spent):
+                yield from self._died(descriptor, late=True)
+            elif not worker.ready and spent > START:
+                yield from self._died(descriptor)
+
+    def _over(self, worker: _Worker, wall: float) -> bool:
+        """Whether a task has had its time."""
+        limit = max(self.timeout or 0.0, worker.task.limit_s or 0.0 if worker.task else 0.0)
+        now = cpu_of(worker.process.pid) if self.patience > 1 else None
+        if now is None or worker.spent is None:
+            return wall > limit
+        return now - worker.spent > limit or wall > self.patience * limit
+
+
+def _death(code: int) -> str:
+    """What to say of a process that ended with a task."""
+    if code >= 0:
+        return f"the process ended with exit status {code}"
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:
+        name = f"signal {-code}"
+    hint = "; the system does that when memory runs out" if name == "SIGKILL" else ""
+    return f"the process was killed ({name}{hint})"
+
+
+# ------------------------------------------------------------------ a cluster
+
+
+def outcomes_of_cluster(
+    tasks: Sequence[PointTask], address: str, timeout: float | None = None, wait: float = 10.0
+) -> Iterator[PointOutcome]:
+    """The outcomes of tasks done by the workers of a dask scheduler, as they come. Raises Unavailable.
+
+    Each thread of a worker does one task at a time. A task cannot be killed there: after `timeout` seconds it counts as
+    `timed_out`, and its thread goes on.
+    """
+    client = _client(address, wait)
+    try:
+        yield from _gathered(client, tasks, timeout)
+    finally:
+        with suppress(Exception):  # of a scheduler that died, with which there is nothing to settle
+            client.close()
+
+
+def _client(address: str, wait: float) -> Any:
+    try:
+        return _dask().Client(address, timeout=wait, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        reason = str(error) or type(error).__name__
+        raise NoWorkers(
+            f"no dask scheduler answers at {address} ({reason}); start one by `dask scheduler`, or leave out --cluster"
+        ) from error
+
+
+def _dask() -> Any:
+    """The package `distributed`, which comes with an extra. Raises Unavailable."""
+    try:
+        return importlib.import_module("distributed")
+    except ImportError as error:
+        raise NoWorkers("--cluster needs dask: pip install 'softmark[cluster]'") from error
+
+
+def _gathered(client: Any, tasks: Sequence[PointTask], timeout: float | None) -> Iterator[PointOutcome]:
+    from softmark.interpreter.study.configurations import source_digests
+
+    own = source_digests.digest()
+    futures = {client.submit(perform_there, task, own, timeout, pure=False, retries=0): task for task in tasks}
+    waiting = dict(futures)
+    try:
+        for future in _dask().as_completed(futures, loop=client.loop):
+            task = waiting.pop(future)
+            if future.status == "finished":
+                yield future.result()
+            else:
+                yield unfinished(task, _lost(future))
+    except _connection_errors() as error:
+        reason = str(error) or type(error).__name__
+        for task in waiting.values():
+            yield unfinished(task, f"the cluster lost this task (its scheduler is gone: {reason})")
+
+
+def _connection_errors() -> tuple[type[BaseException], ...]:
+    """Return the exceptions that dask raises when its scheduler is gone."""
+    futures = importlib.import_module("concurrent.futures")
+    comm = importlib.import_module("distributed.comm")
+    return OSError, futures.CancelledError, comm.CommClosedError, TimeoutError
+
+
+def _lost(future: Any) -> str:
+    error = future.exception() if future.status == "error" else None
+    name = future.status if error is None else type(error).__name__
+    if name == "KilledWorker":
+        return "the process was killed (a worker of the cluster died with this task)"
+    return f"the cluster lost this task ({name}: {error})"
+
+
+def perform_there(task: PointTask, digest: str, timeout: float | None = None) -> PointOutcome:
+    """`perform` on a worker of a cluster, which must have the same softmark."""
+    from softmark.interpreter.study.configurations import configuration_task, source_digests
+
+    if source_digests.digest() != digest:
+        return unfinished(task, "the worker has another version of softmark, numpy, scipy or numba than this process")
+    if timeout is None:
+        return configuration_task.perform(task)
+    return _within(task, timeout)
+
+
+def _within(task: PointTask, timeout: float) -> PointOutcome:
+    """`perform` in a thread of its own, which is left to itself when its time is over."""
+    import threading
+
+    from softmark.interpreter.study.configurations import configuration_task
+
+    found: list[PointOutcome] = []
+    thread = threading.Thread(target=lambda: found.append(configuration_task.perform(task)), daemon=True)
+    thread.start()
+    thread.join(timeout)
+    if found:
+        return found[0]
+    return timed_out(task, timeout)

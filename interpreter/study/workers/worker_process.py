@@ -1,0 +1,72 @@
+"""A worker process: tasks come as lines of JSON, outcomes go as lines of JSON, until the pipe ends.
+
+    python -m softmark.interpreter.study.workers.worker_process [GIBIBYTES]
+
+What libraries print goes to standard error, so that it cannot get among the outcomes. The worker dies with the process
+that started it: the kernel ends it where it can (Linux), else it notices that its pipe has ended.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import signal
+import sys
+import threading
+from typing import Any, BinaryIO
+
+from softmark.interpreter.study.workers.orphan_processes import die_with_parent
+
+
+def main() -> None:
+    """Serve until standard input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the parent, which ends us
+    die_with_parent()
+    _limit_memory()
+    out = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)
+    tasks: queue.Queue[bytes] = queue.Queue()
+    threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
+    _prepare()
+    _send(out, {"ready": os.getpid()})
+    from softmark.interpreter.study.configurations.configuration_task import perform
+    from softmark.interpreter.study.configurations.task_outcome import PointTask
+
+    while True:
+        _send(out, perform(PointTask.from_json(json.loads(tasks.get()))).to_json())
+
+
+def _listen(tasks: queue.Queue[bytes]) -> None:
+    """Pass lines on; leave at once when there will be no more, for nobody would read an outcome."""
+    for line in sys.stdin.buffer:
+        tasks.put(line)
+    os._exit(0)
+
+
+def _send(out: BinaryIO | Any, value: dict[str, Any]) -> None:
+    data = json.dumps(value, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    while data:
+        data = data[out.write(data) :]
+
+
+def _prepare() -> None:
+    """Import what every task needs, so that no task's clock counts it."""
+    import importlib
+
+    for step in ("pipeline", "references", "models", "reports"):
+        importlib.import_module(f"softmark.interpreter.pipeline.{step}")
+
+
+def _limit_memory() -> None:
+    """Let what asks for more memory than an argument allows fail with that, instead of the system."""
+    if len(sys.argv) > 1:
+        import resource
+
+        most = int(float(sys.argv[1]) * 2**30)
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""Whether the time step of a scene shows the courses of its loads, muscles and supports; all are in the text.
+
+Loads enter as their exact means over each step, so that a short pulse has the right impulse; what swings faster than
+steps follow is seen as something slower. Supports are held where they are at the ends of steps, and what they do
+between two is not seen at all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.scene_states import acting
+from softmark.interpreter.problem.amplitude_tables import table_fault
+from softmark.interpreter.problem.body_case import porous
+from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, in_full, off_the_steps
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+
+if TYPE_CHECKING:
+    from softmark.interpreter.problem.body_case import Case
+
+SEEN = 4.0  # steps to a swing: with fewer, the step twice as long that states an error sees another swing
+SHOWN = 10.0  # steps to a swing: with fewer, second-order integrators are off by more than 3 % of it
+HELD = 2.0  # steps that a support is held elsewhere, at least
+NEAR = 1e-6  # of a step: what begins and ends there does so with a step
+MISSED = 0.3  # of a table's largest value: what four steps to a swing miss, 1 - cos(pi / 4)
+OFF = 0.05  # and ten, 1 - cos(pi / 10)
+
+
+def unresolved(scene: Scene) -> Iterator[Diagnostic]:
+    """Courses that the step does not show: errors where what is computed would be another course, else warnings."""
+    analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
+    if isinstance(analysis, Quasistatic):
+        yield from _remembered(scene, analysis)
+    if not isinstance(analysis, Dynamic):
+        return
+    for declared in acting(scene):
+        course = declared.thing.course
+        if course is None:
+            continue
+        if isinstance(course, Table):
+            yield from _tabled(declared, course, analysis)
+        elif isinstance(course, Sine):
+            yield from _swinging(declared, course, analysis.step)
+        elif course.start >= analysis.duration:
+            yield _late(declared, course.start, analysis.duration)
+        elif declared.kind == "support":
+            yield from _moved(declared, course, analysis.step)
+        elif isinstance(course, Pulse) and _width(course) < analysis.step * (1.0 - NEAR):
+            yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` is shorter than a step",
+                             f"{_time(_width(course))} of a step of {_time(analysis.step)}",
+                             "its impulse is right, and so is what is slow; to see how it acts, take a step of"
+                             f" {_time(_round(_width(course) / SHOWN))} or less")  # fmt: skip
+
+
+def _remembered(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
+    """Without inertia, where steps end at every break of a course: swings that bodies would remember otherwise."""
+    materials = [m.thing for m in scene.of_kind("material").values()]
+    remembers = any(getattr(thing, "branches", ()) or porous(thing) for thing in materials)
+    for declared in acting(scene):
+        course = in_full(declared.thing).course
+        if isinstance(course, Sine) and remembers:
+            yield from _swinging(declared, course, analysis.step)
+        elif isinstance(course, Table):
+            yield from _misnamed(declared, course)
+        elif isinstance(course, Pulse | Ramp | Smooth) and course.start >= analysis.duration:
+            yield _late(declared, course.start, analysis.duration)
+        elif isinstance(course, Pulse) and not _width(course):
+            yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` ends before it begins",
+                             f"from {_time(course.start)} until {_time(course.until)}",
+                             "it plays no part; `until` is the time at which it ends")  # fmt: skip
+
+
+def _late(declared: Declared, start: float, end: float) -> Diagnostic:
+    return diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
+                      f"at {_time(start)}, and the end is at {_time(end)}",
+                      "it plays no part; analyse a longer `duration`")  # fmt: skip
+
+
+def shows(case: Case, step: float) -> bool:
+    """Whether steps of this length show every swing of a case's loads and supports."""
+    things = [d.thing for d in (*case.loads, *case.muscles, *case.supports)]
+    swings = [t.course for t in things if isinstance(t.course, Sine)]
+    tables = [t.course for t in things if isinstance(t.course, Table)]
+    end = case.analysis.duration if isinstance(case.analysis, Dynamic) else 0.0
+    followed = all(_left_out(course, step, end) <= MISSED for course in tables)
+    return followed and all(1.0 / (c.frequency * step) >= SEEN for c in swings)
+
+
+def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
+    """Of a table: how far it is from straight lines between the ends of steps."""
+    if course.path.startswith("data:"):
+        return  # which is looked at when it runs
+    if (fault := table_fault(declared, analysis.duration)) is not None:
+        yield fault
+        return
+    yield from _misnamed(declared, course)
+    left = _left_out(course, analysis.step, analysis.duration)
+    label = f"between the ends of steps of {_time(analysis.step)} it goes up to {100.0 * left:.2g} % of it elsewhere"
+    if left > MISSED and declared.kind == "support":
+        yield diagnostic("E316", declared.at("course"), f"the step does not show the table of `{declared.name}`", label,
+                         "where a support is between two steps is not seen: take a shorter step")  # fmt: skip
+    elif left > OFF:
+        held = "where a support is between two steps is not seen"
+        acts = "its impulse is right, and so is what is slow; how it acts within a step is not seen"
+        help = held if declared.kind == "support" else acts
+        yield diagnostic("W329", declared.at("course"), f"the step does not show all of the table of `{declared.name}`",
+                         label, f"{help}: take a shorter step, or a table without what does not matter")  # fmt: skip
+
+
+def _misnamed(declared: Declared, course: Table) -> Iterator[Diagnostic]:
+    if units.misnamed(course.at_, course.time_unit, units.TIME):
+        yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
+                         f"{_time(course.time_unit)} here",
+                         "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
+
+
+def _left_out(course: Table, step: float, duration: float) -> float:
+    """The largest distance of a table from straight lines between the ends of steps, relative to its largest value."""
+    return max((off for _, off in off_the_steps(course.rows, step, duration)), default=0.0)
+
+
+def _swinging(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:
+    count = 1.0 / (course.frequency * step)
+    if count >= SHOWN * (1.0 - NEAR):
+        return
+    label = f"{count:.3g} steps of {_time(step)} to a swing of {_time(1.0 / course.frequency)}"
+    better = _time(_round(1.0 / (SHOWN * course.frequency)))
+    if count < SEEN:
+        yield diagnostic("E381", declared.at("course"),
+                         f"the step does not show the swings of `{declared.name}`", label,
+                         "what is computed would be another, slower swing: take a step of"
+                         f" {better} or less")  # fmt: skip
+    else:
+        yield diagnostic("W377", declared.at("course"), f"there are few steps to a swing of `{declared.name}`", label,
+                         "its size and its phase are off by several percent: take a step of"
+                         f" {better} or less")  # fmt: skip
+
+
+def _moved(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
+    """Of a support that moves: where it is between two steps plays no part."""
+    if not isinstance(course, Pulse):
+        if course.over < step * (1.0 - NEAR):
+            yield diagnostic("W378", declared.at("course"), f"`{declared.name}` moves all the way within a step",
+                             f"{_time(course.over)} of a step of {_time(step)}",
+                             "how quickly it does is not seen: take a step of"
+                             f" {_time(_round(course.over / SHOWN))} or less")  # fmt: skip
+        return
+    width = _width(course)
+    if width < HELD * step * (1.0 - NEAR):
+        yield diagnostic("E382", declared.at("course"), f"the step does not show the pulse of `{declared.name}`",
+                         f"{width / step:.2g} steps of {_time(step)}",
+                         "where a support is between two steps is not seen: take a step of"
+                         f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
+    elif width < SHOWN * step and not (_whole(course.start / step) and _whole(course.until / step)):
+        yield diagnostic("W378", declared.at("course"),
+                         f"the pulse of `{declared.name}` begins or ends between two steps",
+                         f"{width / step:.3g} steps of {_time(step)}",
+                         "a support is moved for whole steps: take one that divides its times, or one of"
+                         f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
+
+
+def _width(course: Pulse) -> float:
+    """How long it acts, s."""
+    return max(0.0, course.until - course.start)
+
+
+def _whole(number: float) -> bool:
+    return abs(number - round(number)) < NEAR
+
+
+def _round(step: float) -> float:
+    """Down to two digits."""
+    if not step > 0.0:
+        return step
+    digit = 10.0 ** (math.floor(math.log10(step)) - 1)
+    return float(f"{math.floor(step / digit * (1.0 + 1e-12)) * digit:.2g}")
+
+
+def _time(t: float) -> str:
+    return units.show(float(f"{t:.4g}"), units.TIME)

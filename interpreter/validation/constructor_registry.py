@@ -1,0 +1,59 @@
+"""All that a scene can declare: the one place that knows every table of constructors.
+
+To add a kind of declaration: its table, and a line here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.compiler import compile_scene
+from softmark.interpreter.language.field_schema import Vocabulary
+
+CATALOGUE = Vocabulary(
+    {  # kind of declaration: its module and the table there
+        "shape": ("solvers.mesh.shapes", "SHAPES"),
+        "material": ("solvers.materials", "WORDS"),
+        "body": ("interpreter.vocabulary", "BODIES"),
+        "region": ("interpreter.vocabulary", "REGIONS"),
+        "support": ("interpreter.vocabulary", "SUPPORTS"),
+        "contact": ("interpreter.vocabulary", "CONTACTS"),
+        "load": ("interpreter.vocabulary", "LOADS"),
+        "analysis": ("interpreter.vocabulary", "ANALYSES"),
+        "model": ("interpreter.models", "MODELS"),
+        "reference": ("references", "REFERENCES"),
+        "probe": ("interpreter.vocabulary", "PROBES"),
+        "metric": ("interpreter.metrics", "METRICS"),
+        "published": ("interpreter.vocabulary", "PUBLISHED"),
+        "course": ("interpreter.vocabulary", "COURSES"),
+        "fibres": ("interpreter.vocabulary.fiber_words", "FIBRES"),
+        "field": ("interpreter.vocabulary.field_words", "FIELDS"),
+        "stiffness": ("interpreter.models.spring_network.spring_declaration", "STIFFNESSES"),
+        "study": ("interpreter.vocabulary", "STUDIES"),
+    },
+    elements=("solvers.elements", "WORDS"),
+)
+
+
+def compiled(
+    source: Source, folder: Path, file: Path | None = None, overrides: Sequence[str] = (), plugins: Sequence[str] = ()
+) -> tuple[Scene, list[Diagnostic]]:
+    """The scene of a text, and all diagnostics; it is complete only if none of them is an error.
+
+    `plugins` are files or names of plugins that it may take words of: what is wrong with them is said, too.
+    """
+    vocabulary, found = vocabulary_with(plugins)
+    scene, diagnostics = compile_scene(source, folder, file, overrides, vocabulary)
+    return scene, [*found, *diagnostics]
+
+
+def vocabulary_with(plugins: Sequence[str]) -> tuple[Vocabulary, list[Diagnostic]]:
+    """Our words and those of plugins, and what is wrong with these; nothing is loaded where none is named."""
+    if not plugins:
+        return CATALOGUE, []
+    from softmark.interpreter.validation.plugin_loader import vocabulary_of
+
+    return vocabulary_of(CATALOGUE, plugins)

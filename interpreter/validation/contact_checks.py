@@ -1,0 +1,217 @@
+"""What rigid bodies and contacts may be: of a scene alone, before anything is built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene, rigid
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import at_rest_pressed
+from softmark.interpreter.problem.plane_of_contact import beside_plane
+from softmark.interpreter.problem.symmetry_planes import led_fault
+from softmark.interpreter.validation.initial_overlap import overlapping
+from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.load_words import PointForce, Torque
+from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric, Turned
+from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
+from softmark.solvers.mesh.spheres import Round, Sphere, SphericalShell
+from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.tubes import Tube
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape, Vector3
+
+# what solvers/contact/signed_distance has a function for, which is not imported to check a scene
+DISTANT = (
+    HalfSpace, Sphere, SphericalShell, Box, RoundedBox, Cylinder, Tube, Cone, Revolved, Punch, Tip, Extruded, Filled,
+    MeshFile, Union, Difference, Intersection,
+)  # fmt: skip
+
+ON_AXIS = 1e-9  # of its size: a rigid body that is nearer to the axis turns about it
+PULLED = (
+    "what pulls at a rigid body is gravity and a `point_force(...)`: of one with a `density` or a `mass` in a dynamic "
+    "analysis, where a `torque(...)` turns it as well, and at rest along the one way that is left to it"
+)
+MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `turned(...)` as a whole, and a `contact` lets it act"
+
+
+def faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Of contacts, and of what else is declared about rigid bodies."""
+    contacts = list(scene.of_kind("contact").values())
+    between = [c for c in contacts if isinstance(c.thing, Between)]
+    for contact in between:
+        yield from _between(scene, contact)
+        yield from _mirrored(scene, contact)
+    for contact in contacts:
+        if not isinstance(contact.thing, Between):
+            yield from _deforming(scene, contact)
+    yield from _twice(contacts)
+    named = {c.thing.rigid for c in between}
+    sure = bool(named) and all(rigid(scene.declared[name]) for name in named)  # else it may be the other that is meant
+    for body in scene.of_kind("rigid").values():
+        if sure and body.name not in named and scene.acting("support", body.name):
+            yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
+                             "without a contact", "say what it touches: `contact touch = between("
+                             f"{body.name}, BODY)`, or leave it out")  # fmt: skip
+        yield from _about(scene, body)
+        yield from _together(scene, body)
+
+
+def _deforming(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+    """That what touches itself, or is glued, deforms."""
+    body, kind = scene.declared[contact.thing.body], contact.constructor.name
+    if rigid(body):
+        yield diagnostic("E652", contact.at("body"), f"`{body.name}` is rigid, and `{kind}(...)` is about a body that "
+                         "deforms", "a rigid body", "name the body that deforms; what presses on it is `between("
+                         f"{body.name}, BODY)`")  # fmt: skip
+
+
+def _twice(contacts: list[Declared]) -> Iterator[Diagnostic]:
+    """Contacts of the same bodies at the same places: each would bear a part, with a friction of its own."""
+    for i, later in enumerate(contacts):
+        for first in contacts[:i]:
+            one = later.thing
+            if _what(one) == _what(first.thing):
+                between = isinstance(one, Between)
+                whose = f"between `{one.rigid}` and `{one.body}`" if between else f"of `{one.body}` with itself"
+                yield diagnostic("E616", later.at(), f"`{later.name}` is {whose}, as `{first.name}` is",
+                                 "the same contact again", "leave one of them out, or give each "
+                                 "a part of the surface: `where = x <= 0 mm`")  # fmt: skip
+
+
+def _what(thing: Any) -> tuple[Any, ...]:
+    """What a contact is between, and where."""
+    return type(thing), getattr(thing, "rigid", None), thing.body, thing.where
+
+
+def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+    """That it has one rigid body and one that deforms, and that there is a distance between them."""
+    first, second = (scene.declared[name] for name in (contact.thing.rigid, contact.thing.body))
+    if not rigid(first):
+        label = "itself, where a rigid one is due" if first is second else "not rigid"
+        if rigid(second):
+            help = f"the rigid body comes first: `between({second.name}, {first.name})`"
+        elif first is second:
+            help = f"touch a rigid body: `body plate = rigid(...)`, or keep it clear of itself: `itself({first.name})`"
+        else:
+            help = (f"an instrument, a plate or a floor is rigid: `body {first.name} = rigid(...)`, without a material;"
+                    " two that deform are one body, `solid(apart(...), ...)`, with `itself(...)`")  # fmt: skip
+        yield diagnostic("E652", contact.at("rigid"), f"`{first.name}` deforms, and `between(...)` takes a rigid body "
+                         "first", label, help)  # fmt: skip
+    elif rigid(second):
+        problem = "`between(...)` takes a body that deforms second"
+        what = "a rigid body and itself" if first is second else "two rigid bodies"
+        yield diagnostic("E652", contact.at("body"), f"`{second.name}` is rigid, and {problem}", what,
+                         "what presses is found by how a body deforms: rigid bodies do not meet")  # fmt: skip
+    elif not first.thing.shape.fault and not second.thing.shape.fault:
+        yield from _apart(scene, contact, first, second)
+
+
+def _mirrored(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+    """That planes of symmetry of the body that deforms are such of how the rigid one is led."""
+    mirrors = [s for s in scene.acting("support", contact.thing.body) if isinstance(s.thing, Symmetric)]
+    for mirror, way in product(mirrors, scene.acting("support", contact.thing.rigid)):
+        if (fault := led_fault(mirror, scene.declared[contact.thing.rigid], way)) is not None:
+            yield fault
+
+
+def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
+    """That the rigid body has a gap function, that fits the plane, and that it is not inside the other."""
+    shape = first.thing.shape
+    if not isinstance(shape, DISTANT) or (isinstance(shape, Round) and shape.kept):
+        yield diagnostic("E653", first.at("shape"), f"how far points are from `{first.name}` is not known of its shape",
+                         "not a shape of rigid bodies", "take a `half_space`, a whole `sphere`, `box`, `rounded_box`, "
+                         "`cylinder`, `tube`, `cone`, `punch`, `tip`, `extruded` or `filled(...)`")  # fmt: skip
+        return
+    if shape.prebuilt or shape.enclosed or shape.bounds is None:
+        return  # whose surface is not read before it is needed
+    low, high = shape.bounds
+    x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+    off = (x * x + z * z) ** 0.5
+    if second.thing.planar == "axisymmetric" and off > ON_AXIS * shape.diagonal:
+        yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
+                         f" does: its middle is {units.show(off, units.LENGTH)} from it", "beside the axis",
+                         "put it on the y axis, or press a `solid`")  # fmt: skip
+    elif missed := beside_plane(first, second, low[2], high[2]):
+        yield missed
+    elif shape.contains((x, y, z)) and _holds(second.thing.shape, (x, y, z)):
+        yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "
+                         "of that", "inside from the start", "move it out, so that it touches at most, and let a "
+                         "support bring it: `displaced(..., by = ...)`; an inclusion is a `region` with a material of "
+                         "its own")  # fmt: skip
+    elif not (second.thing.shape.prebuilt or second.thing.shape.enclosed):
+        yield from overlapping(scene, contact, first, second)
+
+
+def _holds(shape: Shape, point: Vector3) -> bool:
+    """Whether a point is within a shape, and not on its surface; False where that is not known without its mesh."""
+    if shape.bounds is None or shape.prebuilt or shape.enclosed:
+        return False
+    low, high = shape.bounds
+    return all(a < c < b for a, c, b in zip(low, point, high, strict=True)) and bool(shape.contains(point))
+
+
+def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
+    """Supports of a part of a rigid body, and what it takes none of."""
+    for declared in scene.declared.values():
+        thing = declared.thing
+        if declared.kind in ("contact", "metric") or getattr(thing, "body", None) != body.name:
+            continue
+        if declared.kind == "load" and _pulls(scene, body, thing):
+            if isinstance(thing, Torque) and thing.where is not EVERYWHERE:
+                yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a moment turns all of it",
+                                 "no part of a rigid body", "leave `where` out")  # fmt: skip
+        elif declared.kind != "support":
+            help = PULLED if declared.kind == "load" else MOVED
+            yield diagnostic("E655", declared.at("body"), f"`{declared.name}` is about `{body.name}`, which is rigid",
+                             f"no {declared.kind} of a rigid body", help)  # fmt: skip
+        elif not isinstance(thing, Fixed | Displaced | Turned):
+            yield diagnostic("E655", declared.at(), f"`{declared.name}` is no support of a rigid body such as "
+                             f"`{body.name}`", "not of a rigid body", MOVED)  # fmt: skip
+        elif thing.where is not EVERYWHERE:
+            yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a support has all of it",
+                             "no part of a rigid body", "leave `where` out")  # fmt: skip
+
+
+def _pulls(scene: Scene, body: Declared, load: Any) -> bool:
+    """Whether a load is one of a rigid body, in motion or at rest."""
+    at_rest = isinstance(load, PointForce) and at_rest_pressed(scene, body)
+    return at_rest or (body.thing.free and isinstance(load, PointForce | Torque))
+
+
+def _together(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
+    """Supports of a rigid body that do not go together: it turns once, as a whole, and what is held does not move."""
+    before: list[Declared] = []
+    for support in scene.acting("support", body.name):
+        if not isinstance(support.thing, Fixed | Displaced | Turned):
+            continue  # which is refused
+        if isinstance(support.thing, Turned) and len(support.thing.components) < 3:
+            problem = f"`{support.name}` turns `{body.name}` in some components alone"
+            label, help = "a rigid body turns as a whole", "leave `components` out"
+            yield diagnostic("E657", support.at("components"), problem, label, help)
+        for other in before:
+            if (what := _both(other.thing, support.thing)) is not None:
+                yield diagnostic("E657", support.at(), f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
+                                 "not both", "keep one of them: a rigid body turns about one axis, first, and then "
+                                 "goes by the sum of what it is displaced by")  # fmt: skip
+        before.append(support)
+
+
+def _both(one: Fixed | Displaced | Turned, other: Fixed | Displaced | Turned) -> str | None:
+    """What two supports of a rigid body do not agree on, in a word; ways that it is displaced add up."""
+    turns = [isinstance(support, Turned) for support in (one, other)]
+    if all(turns):
+        return "turn"
+    still, moving = (one, other) if isinstance(one, Fixed) else (other, one)
+    if not isinstance(still, Fixed) or isinstance(moving, Fixed):
+        return None
+    return "hold and move" if any(turns) or any(moving.imposed[i] for i in still.components) else None

@@ -1,0 +1,202 @@
+"""What is wrong with measured curves and with what is compared with them, as far as the text and the tables tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.metrics.hysteresis import Hysteresis
+from softmark.interpreter.validation.file_and_selection_checks import cheap
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.references.code_consensus import ConsensusCurve
+from softmark.references.measured_curve import CurveFromFile
+from softmark.references.measured_data import Unreadable
+
+NEAR = 1e-9  # relative, of ends
+
+
+def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
+    """All of it, where nothing is wrong with the declaration already."""
+    for reference in _curves(scene):
+        told = list(_stated(reference))
+        yield from told or _named(reference)
+    for metric in scene.of_kind("metric").values():
+        blamed = any(d.severity == "error" and metric.contains(d) for d in found)
+        if isinstance(metric.thing, OfCurves) and not blamed:
+            yield from _compared(scene, metric)
+
+
+def _curves(scene: Scene) -> list[Declared]:
+    return [d for d in scene.of_kind("reference").values() if isinstance(d.thing, CurveFromFile)]
+
+
+# ------------------------------------------------------------------ the curve
+
+
+def _stated(reference: Declared) -> Iterator[Diagnostic]:
+    """Its uncertainty, and amounts that are of the dimensions of its columns."""
+    thing: CurveFromFile = reference.thing
+    if isinstance(thing, ConsensusCurve) and (fault := _band(reference)) is not None:
+        yield fault
+    elif thing.uncertainty is None and not thing.beside_y and thing.repeats == 1:
+        yield diagnostic("E408", reference.at(), f"nothing says how uncertain `{reference.name}` is", "how far off?",
+                         "give `uncertainty = 2 %` or an amount, name the column of each value's with"
+                         " `deviation`, or give repeats: `path = [...]` or `y = [...]`")  # fmt: skip
+    for field, of in (("x_origin", "x"), ("y_origin", "y"), ("uncertainty", "y")):
+        given, due = reference.value(field), reference.value(f"{of}_unit").dimension
+        allowed = (due, units.NONE) if field == "uncertainty" else (due,)
+        if given is not None and given.dimension not in allowed:
+            found, more = units.named(given.dimension), ", or a share in %" if field == "uncertainty" else ""
+            yield diagnostic("E204", reference.at(field), f"expected {units.named(due)}, found {found}", found,
+                             f"column {of} is {units.named(due)}: give `{field}` in"
+                             f" {units.usual(due)}{more}")  # fmt: skip
+
+
+def _band(reference: Declared) -> Diagnostic | None:
+    """A band of which one end is missing, or that is said in two ways; and no word of how many codes there are."""
+    thing: ConsensusCurve = reference.thing
+    ends = [field for field in ("low", "high") if getattr(thing, field)]
+    why, field = "", ends[0] if ends else ""
+    if len(ends) == 1:
+        why = f"the band of `{reference.name}` has no `{'high' if ends == ['low'] else 'low'}`"
+    elif ends and (thing.deviation or thing.uncertainty is not None or thing.repeats > 1):
+        why = f"the band of `{reference.name}` is said in two ways"
+    if why:
+        return diagnostic("E226", reference.at(field), why, "from where to where?",
+                          "give the columns `low` and `high` of one table, or `deviation` or `uncertainty`, or a curve"
+                          " of each code")  # fmt: skip
+    if thing.agreed < 2:
+        return diagnostic("E226", reference.at(), f"nothing says how many codes agreed on `{reference.name}`",
+                          "how many?", "give `codes`, or the curve of each: `path = [...]` or `y = [...]`"
+                          )  # fmt: skip
+    if thing.codes is not None and 1 < thing.repeats != thing.codes:
+        return diagnostic("E226", reference.at("codes"), f"`{reference.name}` has {thing.repeats} curves, and is said"
+                          f" to be of {thing.codes} codes", "not as many", "leave `codes` out: every curve is one"
+                          )  # fmt: skip
+    return None
+
+
+def _named(reference: Declared) -> Iterator[Diagnostic]:
+    """A column whose name says another unit than the scene: `Load (N)` with `y_unit = 1 kN`."""
+    thing: CurveFromFile = reference.thing
+    for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
+        for name in names:
+            if not units.misnamed(name, unit.value, unit.dimension):
+                continue
+            yield diagnostic("W334", reference.at(field), f"the column `{name}` names another unit",
+                             f"{units.show(unit.value, unit.dimension)} here",
+                             "one of the two is wrong, unless the column has the wrong name")  # fmt: skip
+            break
+
+
+# ------------------------------------------------------------------ what is compared with it
+
+
+def _compared(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
+    """The metric must have a curve, of the dimensions of the reference, over its range, and back for a loop."""
+    thing: OfCurves = metric.thing
+    reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
+    analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
+    if reference is not None and not isinstance(reference.thing, CurveFromFile):
+        return
+    refusal = _courseless(scene, metric, of, isinstance(analysis, Dynamic), isinstance(analysis, Quasistatic))
+    if refusal is None and isinstance(thing, Hysteresis):
+        refusal = _without_loop(metric, reference)
+    if refusal is not None:
+        yield refusal
+    elif reference is not None:
+        yield from _against(scene, metric, of, reference, analysis)
+
+
+def _without_loop(metric: Declared, reference: Declared | None) -> Diagnostic | None:
+    """A measured curve that never unloads."""
+    if reference is None or not cheap(reference.thing.files):
+        return None
+    try:
+        repeats, _ = reference.thing.read()
+    except Unreadable:
+        return None  # said where files are
+    if all(one.loop is not None for one in repeats):
+        return None
+    return diagnostic("E509", metric.at("against"), f"`{reference.name}` was measured on one way alone", "has no loop",
+                      "what it loses is known of a table that goes on while the machine unloads")  # fmt: skip
+
+
+def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, analysis: Any) -> Iterator[Diagnostic]:
+    """The dimensions of both axes, and whether a motion goes over what was measured."""
+    thing: OfCurves = metric.thing
+    along = units.TIME
+    if thing.over is not None:
+        along = units.parse(scene.declared[thing.over].thing.unit).dimension
+    own = units.parse(of.thing.unit).dimension
+    for axis, due, given in (("x", along, reference.thing.x_unit), ("y", own, reference.thing.y_unit)):
+        if given.dimension != due:
+            name, found = units.named(due), units.named(given.dimension)
+            yield diagnostic("E518", metric.at("against"),
+                             f"`{metric.name}` has {name} where `{reference.name}` has {found}", f"{axis} is {found}",
+                             f"compare with a curve whose `{axis}_unit` is {name}, in {units.usual(due)}")  # fmt: skip
+            return
+    if isinstance(analysis, Dynamic | Quasistatic) and thing.over is None:
+        yield from _reached(metric, reference, analysis.duration)
+
+
+def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
+    """Of what has no curve: errors, in time what is not followed, and at rest what says not along what it goes."""
+    thing: OfCurves = metric.thing
+    for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
+        if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, OfCurves)):
+            return diagnostic("E509", metric.at(field), f"`{other.name}` is an error already, and no measurement",
+                              "has no curve",
+                              "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
+    if thing.over == thing.of and not moving:
+        return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` over itself is a straight line",
+                          "the same metric", "name the metric of the other axis: `over = travel`, where `metric travel"
+                          " = displacement(grip, along = +z)`")  # fmt: skip
+    if moving and isinstance(thing, Hysteresis):
+        return diagnostic("E509", metric.at(), f"`{metric.name}` is known at rest alone, and the analysis is a motion",
+                          "no states", "analyse states that go up and down again: `static(states = [25, 50, 75, 100,"
+                          " 75, 50, 25] %)`")  # fmt: skip
+    if moving and thing.over is not None:
+        return diagnostic("E509", metric.at("over"), f"the curve of `{of.name}` goes over time in a dynamic analysis",
+                          "at rest only", "leave `over` out")  # fmt: skip
+    if moving and of.thing.followed and not of.thing.in_time:
+        return diagnostic("E509", metric.at("of"), f"`{of.name}` is the {of.thing.when} of all times", "one value",
+                          f"name a metric that has a value at each: `{of.constructor.name}(...)` without `over`"
+                          )  # fmt: skip
+    if moving and not (isinstance(of.thing, Displacement) or of.thing.followed):
+        return diagnostic("E509", metric.at("of"), f"`{of.name}` has no course in time: it is a"
+                          f" `{of.constructor.name}`", "not followed in time",
+                          "followed in time are displacements, `displacement(tip, along = -z)`, and what contacts do:"
+                          " `force(touch, along = +z)`")  # fmt: skip
+    if not moving and thing.over is None and not (timed and not isinstance(thing, Hysteresis)):
+        return diagnostic("E509", metric.at(), f"`{metric.name}` says not along what its curve goes",
+                          "over what?",
+                          "name the metric of the other axis: `over = travel`, where `metric travel ="
+                          " displacement(grip, along = +z)`")  # fmt: skip
+    return None
+
+
+def _reached(metric: Declared, reference: Declared, duration: float) -> Iterator[Diagnostic]:
+    """Of a measured course the part that an analysis does not reach is not judged."""
+    if not cheap(reference.thing.files):
+        return
+    try:
+        low, high = reference.thing.span
+    except Unreadable:
+        return  # said where files are
+    if low >= duration:
+        yield diagnostic("E518", metric.at("against"), f"`{reference.name}` begins after the end of the analysis",
+                         f"at {units.show(low, units.TIME)}",
+                         f"the end is at {units.show(duration, units.TIME)}: analyse a longer `duration`")  # fmt: skip
+    elif high > duration * (1.0 + NEAR):
+        share = (duration - max(low, 0.0)) / (high - low)
+        yield diagnostic("W328", metric.at("against"),
+                         f"the analysis goes over {100.0 * share:.3g} % of `{reference.name}`",
+                         f"it ends at {units.show(high, units.TIME)}",
+                         f"what comes after {units.show(duration, units.TIME)} is not judged")  # fmt: skip

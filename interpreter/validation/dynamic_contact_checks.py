@@ -1,0 +1,57 @@
+"""What contacts cannot be in a motion: explicit steps, which find out too late; and what is asked of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.self_contact_words import Itself
+
+
+def faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Of scenes with contacts whose analysis is dynamic."""
+    contacts = list(scene.of_kind("contact").values())
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if not contacts or analysis is None or not isinstance(analysis.thing, Dynamic):
+        return
+    if analysis.thing.explicit:
+        yield diagnostic(
+            "E680",
+            analysis.at("integrator"),
+            f"`{analysis.thing.integrator}` cannot keep `{contacts[0].name}` clear",
+            "explicit steps",
+            "they find a touch only when they are behind the surface: take `generalized_alpha`, `trapezoidal`, "
+            "`midpoint`, `bdf2` or `implicit_euler`",
+        )
+
+
+def asked(scene: Scene) -> Iterator[Diagnostic]:
+    """Of metrics of forces: which of their values in a motion where there is none; in one, what is known at rest."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    moving = analysis is not None and isinstance(analysis.thing, Dynamic)
+    for metric in scene.of_kind("metric").values():
+        if not (isinstance(metric.thing, OfForces) and metric.thing.followed):
+            continue
+        if not moving and metric.thing.when != "end":
+            yield diagnostic(
+                "E634",
+                metric.at("over"),
+                f"`{metric.name}` is the {metric.thing.when} of a motion, and this is none",
+                "over which time?",
+                "leave `over` out: at rest there is one value, and of several states `.at(50 %)` is one; "
+                "or follow a motion: `dynamic(...)`",
+            )
+        elif moving and not isinstance(scene.declared[named := metric.thing.concerned or ""].thing, Between | Itself):
+            yield diagnostic(
+                "E635",
+                metric.at(),
+                f"`{metric.name}` is known at rest alone, and the analysis is a motion",
+                f"{metric.constructor.name} of `{named}`, which is no contact",
+                "followed in a motion is what contacts do, `force(CONTACT, along = +z)`, and displacements; "
+                "energies over time stand in every report",
+            )

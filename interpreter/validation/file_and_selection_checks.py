@@ -1,0 +1,189 @@
+"""Files and selections that a run would refuse, found by what can be told without numerics: names, headers, bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import product
+from pathlib import Path
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Location, Scene
+from softmark.interpreter.language.coordinate_conditions import Condition, Point
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Case, Fault, case_for, reach
+from softmark.interpreter.vocabulary.load_words import Follower, PerArea, Tensile, Turning
+from softmark.references.measured_curve import CurveFromFile
+from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.surface_bodies import Enclosed
+
+CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
+FINEST = 2e-3  # of the extent of a body: cells so small are not divided
+MOST = 4000  # cells of a body that are looked at
+
+
+def meshes(scene: Scene) -> Iterator[Diagnostic]:
+    """Files that a model would mesh with and that cannot hold a solid."""
+    said: set[Location | Diagnostic] = set()
+    for model in scene.asked("model").values():
+        if model.thing.mesh_key() is None:
+            continue
+        try:
+            case = case_for(scene, model)
+        except Fault:
+            continue
+        own = model.thing.own_mesh
+        shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.shaped)
+        if isinstance(shape, Enclosed):
+            from softmark.interpreter.validation import (
+                filled_surface_checks,  # nothing of it where no surface is filled
+            )
+
+            found = filled_surface_checks.doubts(model, case, shape)
+            yield from (d for d in found if d not in said)
+            said.update(found)
+        if own is None and not shape.fault and shape.lacks:
+            from softmark.interpreter.validation.tetrahedra_checks import unmeshed
+
+            if (refusal := unmeshed(model, case, shape)) is not None:
+                yield refusal
+        path = shape.file if shape.prebuilt else ""
+        here = path and not path.startswith("data:")
+        if here and shape.flat:
+            if at not in said and (refusal := _unread(model, case, shape)) is not None:
+                said.add(at)
+                yield refusal
+            continue
+        doubt = _doubt(path) if here else None
+        if doubt is not None and at not in said:
+            said.add(at)
+            problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
+            yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
+
+
+def _unread(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
+    """Why a file has no plane region, or not for a model: it is read when a scene is checked, since where it lies
+    decides what is held."""
+    from softmark.solvers.elements.plane import PLANE
+    from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+
+    try:
+        shape.named()
+        if (element := getattr(model.thing, "element", None)) in PLANE:
+            shape.named(element)
+    except UnreadableMesh as wrong:
+        problem = f"the mesh of `{case.body.name}` cannot be used: {wrong}"
+        return diagnostic(wrong.code, case.shaped, problem, "no plane region", wrong.remedy or "")
+    return None
+
+
+def _doubt(path: str) -> tuple[str, str] | None:
+    from softmark.solvers.mesh.files import mesh_formats  # no scene without a mesh file needs to know of formats
+
+    return mesh_formats.doubt(path)
+
+
+def groups(scene: Scene) -> Iterator[Diagnostic]:
+    """Groups that a mesh file does not have, or not as they are used."""
+    said: set[str] = set()
+    for model in scene.asked("model").values():
+        try:
+            case = case_for(scene, model)
+        except Fault:
+            continue
+        shape = model.thing.own_mesh or case.shape
+        if shape.prebuilt and case.groups and cheap([shape.file]) and shape.file not in said:
+            said.add(shape.file)
+            yield from _groups(case, shape)
+
+
+def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
+    from softmark.interpreter.problem import group_conditions  # reads the mesh: of no scene without groups
+    from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+
+    try:
+        group_conditions.check(case.groups, shape.named())
+    except Fault as wrong:
+        yield wrong.diagnostic
+    except UnreadableMesh:
+        return  # told with all about the mesh, when models are built
+
+
+def tables(scene: Scene) -> Iterator[Diagnostic]:
+    """Tables of tracked points and curves that have not what such a table must have."""
+    for reference in scene.of_kind("reference").values():
+        if not cheap(reference.thing.files):
+            continue
+        if (unfit := reference.thing.unfit()) is not None:
+            at, (reason, remedy) = reference.at("path"), unfit
+            code = "E407" if isinstance(reference.thing, CurveFromFile) else "E395"
+            problem = f"the table of `{reference.name}` cannot be used: {reason}"
+            yield diagnostic(code, at, problem, reference.thing.table, remedy)
+
+
+def cheap(files: Sequence[str]) -> bool:
+    """Whether there are files that can be read when a scene is checked."""
+    here = [not name.startswith("data:") and Path(name).is_file() for name in files]
+    return bool(files) and all(here) and sum(Path(name).stat().st_size for name in files) <= CHEAP
+
+
+# ------------------------------------------------------------------ loads on surfaces
+
+
+def loads(scene: Scene) -> Iterator[Diagnostic]:
+    """Loads on a surface that select points within the body alone, so that no model can take them."""
+    for load in scene.of_kind("load").values():
+        action = load.thing.action
+        if not isinstance(action, PerArea | Tensile | Follower | Turning) or load.thing.body not in scene.declared:
+            continue
+        body = scene.declared[load.thing.body]
+        if body.thing.shape.convex and not _meets(action.where, body.thing.shape):
+            at: Location = load.at("where")
+            problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
+            help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"
+            yield diagnostic("E302", at, problem, "selects nothing", help)
+
+
+def _meets(condition: Condition, shape: Shape) -> bool:
+    """Whether a selection may hold somewhere on the surface of a convex body; False only where it is certain not to.
+
+    The body's box is halved again and again; cells in which the condition holds nowhere, and those that lie within the
+    body with all their corners, have no part of such a surface.
+    """
+    if shape.bounds is None:
+        return True
+    low, high = shape.bounds
+    if not condition.over(low, high)[1]:
+        return True  # selects nothing at all, which is said elsewhere
+    extent, cells, looked = math.dist(low, high), [(low, high)], 0
+    while cells:
+        low, high = cells.pop()
+        looked += 1
+        if not condition.over(low, high, extent)[1] or _within(shape, low, high, 1e-6 * extent):
+            continue
+        if looked > MOST or math.dist(low, high) < FINEST * extent:
+            return True
+        cells += _halves(low, high)
+    return False
+
+
+def _within(shape: Shape, low: Point, high: Point, margin: float) -> bool:
+    """Whether a cell and a margin around it lie in a convex body: all its corners do."""
+    sides = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
+    return all(shape.contains((x, y, z)) for x, y, z in product(*sides))
+
+
+def _halves(low: Point, high: Point) -> list[tuple[Point, Point]]:
+    """A cell cut across its longest side."""
+    i = max(range(3), key=lambda k: high[k] - low[k])
+    middle = 0.5 * (low[i] + high[i])
+    upper, lower = list(high), list(low)
+    upper[i] = lower[i] = middle
+    return [(low, (upper[0], upper[1], upper[2])), ((lower[0], lower[1], lower[2]), high)]
+
+
+def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
+    """All of these, where nothing is wrong with the declaration already."""
+    blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
+    for ask in (meshes, groups, tables, loads):
+        yield from (d for d in ask(scene) if d.span is None or (d.source, d.span.line) not in blamed)

@@ -1,0 +1,29 @@
+"""Surfaces that are to be filled, looked at when a scene is checked: the mesher has no part in it."""
+
+from __future__ import annotations
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.filled_mesh_notes import repaired, too_thin
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.validation.tetrahedra_checks import enclosed
+from softmark.solvers.mesh.boolean_operations import MISSING
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+from softmark.solvers.mesh.surface_bodies import Enclosed
+
+
+def doubts(model: Declared, case: Case, shape: Enclosed) -> tuple[Diagnostic, ...]:
+    """What speaks against a model of a body that such a surface encloses; of a public data set only its elements."""
+    found = [enclosed(model, case, shape)]
+    if not shape.fault and "data:" not in shape.file:
+        try:
+            surface = shape.closed(model.thing.size)
+        except UnreadableMesh as error:
+            if error.code == MISSING:  # which is said when the scene runs, as a mesher that is missing is
+                return tuple(d for d in found if d is not None)
+            problem = f"the surface of `{case.body.name}` cannot be filled: {error}"
+            remedy = error.remedy or "name a file of one closed surface"
+            return (diagnostic(error.code, case.body.at("shape"), problem, "encloses no body", remedy),)
+        found += [repaired(case, surface), too_thin(model, case, surface)]
+    return tuple(d for d in found if d is not None)

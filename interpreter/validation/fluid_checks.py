@@ -1,0 +1,45 @@
+"""Fluid in a scene: what is asked of it where there is none, and bodies that it cannot leave."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
+from softmark.interpreter.problem.body_case import porous, reach
+from softmark.interpreter.vocabulary.support_words import Drain
+
+REMEDY = "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
+
+
+def metrics(scene: Scene) -> Iterator[Diagnostic]:
+    """Metrics of fluid where there is none, outside of the body, or of forces of what holds fluid alone."""
+    for metric in scene.of_kind("metric").values():
+        thing: Any = metric.thing
+        support = scene.declared.get(metric.value("of") or "")
+        drain = support is not None and support.kind == "support" and isinstance(support.thing, Drain)
+        if isinstance(thing, Outflow) and not drain:
+            yield diagnostic("E228", metric.at("of"), f"no fluid goes through `{thing.of}`", "holds solid, not fluid",
+                             "ask it of `drained(...)` or `pore_pressure(...)`")  # fmt: skip
+        elif drain and not isinstance(thing, Outflow):
+            yield diagnostic("E228", metric.at("of"), f"`{thing.of}` holds the pressure of fluid, and no point of the"
+                             " body", "has no force", "ask `outflow(...)` of it, or `force(...)` of what holds the"
+                             " body")  # fmt: skip
+        elif isinstance(thing, PorePressure):
+            yield from _seen(scene, metric)
+
+
+def _seen(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
+    """A pressure where there is no fluid, or no body."""
+    body = scene.declared[metric.thing.body]
+    if not porous(body.thing.material):
+        yield diagnostic("E228", metric.at("body"), f"there is no fluid in `{body.name}`", "no fluid", REMEDY)
+    elif not body.thing.shape.fault and not body.thing.shape.contains(metric.thing.at):
+        spans = "" if body.thing.shape.bounds is None else f"the body spans {reach(*body.thing.shape.bounds)}"
+        yield diagnostic("E504", metric.at("at"), f"`{metric.name}` looks at"
+                         f" {units.show_all(metric.thing.at, units.LENGTH)}, outside `{body.name}`", "not in the body",
+                         spans)  # fmt: skip

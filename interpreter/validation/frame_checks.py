@@ -1,0 +1,49 @@
+"""What is not for networks: models of other bodies, theories of one beam, and what looks inside."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.vocabulary.body_words import BeamNetwork
+from softmark.interpreter.vocabulary.probe_words import Line, Markers, Point, Surface
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.compiled_scene import Declared, Scene
+    from softmark.interpreter.problem.body_case import Case
+
+
+def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """A model of other bodies, of a network."""
+    yield diagnostic("E344", declared.at(), f"`{declared.name}` cannot be of `{case.body.name}`, a network of beams",
+                     "not of networks", "use `frame6dof(segments = 8)`")  # fmt: skip
+
+
+def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """A theory of one body, of a network."""
+    yield diagnostic("E344", declared.at(), f"`{declared.name}` knows nothing of `{case.body.name}`, a network of "
+                     "beams", "not of networks",
+                     "use `frame_theory(...)`, closed forms in `expect` lines, or a `curve(...)`")  # fmt: skip
+
+
+def seen(scene: Scene) -> Iterator[Diagnostic]:
+    """What looks into a network, or at what it has not."""
+    for probe in scene.of_kind("probe").values():
+        body = scene.declared.get(probe.value("body") or "")
+        if body is None or not isinstance(body.thing, BeamNetwork):
+            continue
+        part = isinstance(probe.thing, Surface) and probe.thing.where is not None
+        if part or not isinstance(probe.thing, Point | Line | Surface | Markers):
+            where = "at a part of the surface of" if part else "into"
+            yield diagnostic("E346", probe.at(), f"`{probe.name}` looks {where} `{body.name}`, a network of beams",
+                             "not of networks", "look at points, along lines and at the whole surface")  # fmt: skip
+    for metric in scene.of_kind("metric").values():
+        body = scene.declared.get(metric.thing.body_in(scene) or "")
+        if isinstance(metric.thing, VolumeChange) and body is not None and isinstance(body.thing, BeamNetwork):
+            yield diagnostic("E346", metric.at(), f"`{metric.name}` is of `{body.name}`, a network of beams", "not of "
+                             "networks", "members pass through each other at joints; sections are rigid, and "
+                             "keep their area")  # fmt: skip

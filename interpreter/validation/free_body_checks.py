@@ -1,0 +1,230 @@
+"""Free rigid bodies: what they cannot be, of a scene alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene, rigid
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import at_rest_pressed, case_of, left_to_go
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.load_words import Gravity, PerMass, PointForce, Torque
+from softmark.interpreter.vocabulary.support_words import Symmetric, Turned
+from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
+from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.tubes import Tube
+
+# what solvers/contact/rigid_mass_properties has the mass of, which is not imported to check a scene
+HEAVY = (Sphere, SphericalShell, Box, Cylinder, Tube, Cone, Revolved, Filled, MeshFile, Union, Difference, Intersection)
+Reason = tuple[Any, str, str, str]  # place, what, label, help
+
+
+def faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Of every rigid body with a mass, the first that it cannot be."""
+    for body in scene.of_kind("rigid").values():
+        for at, what, label, help in _reasons(scene, body):
+            yield diagnostic("E658", at, what, label, help)
+            break
+
+
+def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
+    thing, name = body.thing, body.name
+    if at_rest_pressed(scene, body):
+        yield from _at_rest(scene, body)
+        return
+    if not thing.free:
+        if field := _started(thing):
+            yield (
+                body.at(field),
+                f"`{name}` has no mass, and a {field} of its own",
+                "nothing keeps it going",
+                "give it a `density`, or let a support move it: `displaced(...)`",
+            )
+        return
+    yield from _weighed_twice(body)
+    if not isinstance(thing.shape, HEAVY):
+        yield (
+            body.at("shape"),
+            f"the moments of inertia of `{name}` are not known of its shape",
+            "not of a free body",
+            "take a `sphere`, `box`, `cylinder`, `tube`, `cone`, `revolved(...)` or `filled(...)`",
+        )
+    for support in scene.acting("support", name)[:1]:
+        yield (
+            support.at(),
+            f"`{support.name}` takes `{name}` along, which has a mass and is free",
+            "not both",
+            "leave its mass out: what a support moves weighs nothing",
+        )
+    yield from _in_motion(scene, body)
+    yield from _touched(scene, body)
+
+
+def _started(thing: Any) -> str:
+    """Which of its fields sets a rigid body going; "" where none does."""
+    return "velocity" if any(thing.velocity) else "spin" if any(thing.spin) else ""
+
+
+def _weighed_twice(body: Declared) -> Iterator[Reason]:
+    """That it has a density and a mass."""
+    if body.thing.density is not None and body.thing.mass is not None:
+        yield body.at("mass"), f"`{body.name}` has a density and a mass", "one of them", "keep one: the other follows"
+
+
+def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
+    """That there is a motion, in which its moments are those of the ends of steps; at rest other rules hold."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if analysis is None or not isinstance(analysis.thing, Dynamic):
+        yield (
+            body.at("mass" if body.thing.mass is not None else "density"),
+            f"`{body.name}` is free, and is followed in a dynamic analysis or found at rest, in a static one",
+            "free in slow time",
+            "move it by a support without a mass, `displaced(...)`, or take `static(...)` or `dynamic(...)`",
+        )
+    elif analysis.thing.integrator == "midpoint":
+        yield (
+            analysis.at("integrator"),
+            f"`midpoint` balances moments in the middle of a step, and contacts of `{body.name}` act at its end",
+            "not with a free body",
+            "take `trapezoidal`, which keeps energy as well",
+        )
+
+
+def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
+    """That loads may press it along one way alone, do not turn it, and say what they come to."""
+    thing, name = body.thing, body.name
+    if field := _started(thing):
+        yield (
+            body.at(field),
+            f"`{name}` is at rest, and has a {field}",
+            "not at rest",
+            "leave it out, or take `dynamic(...)`",
+        )
+    yield from _weighed_twice(body)
+    for load in scene.acting("load", name):
+        if isinstance(load.thing, Torque):
+            yield (
+                load.at(),
+                f"`{load.name}` would turn `{name}`, which at rest goes along one way alone",
+                "what holds it takes the moment",
+                "leave it out; in a dynamic analysis it turns",
+            )
+    for support in scene.acting("support", name):
+        if isinstance(support.thing, Turned):
+            yield (
+                support.at(),
+                f"`{support.name}` turns `{name}`, which loads press",
+                "not both",
+                "leave out its mass and its forces, and let supports take it all the way, or leave the turn out",
+            )
+    met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
+    if met and not rigid(other := scene.declared[met[0].thing.body]):
+        yield from _one_way(scene, body, other)
+    yield from _touched(scene, body)
+
+
+def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
+    """That one way is left to it, which its weight is known along, and that no other is pressed as well."""
+    name, left = body.name, left_to_go(scene, body, other)
+    loads = [load for load in scene.acting("load", name) if isinstance(load.thing, Gravity | PointForce)]
+    if not left:
+        yield (
+            body.at(),
+            f"loads press `{name}`, which supports let go nowhere",
+            "one way is due",
+            "leave the way that it is to go out of the `components` of its supports",
+        )
+    elif len(left) > 1:
+        pressed = [i for i in left if any(_presses(load.thing.action, i) for load in loads)]
+        held = ["xyz"[i] for i in left if i != (pressed or left)[-1]]
+        hold = held[0] if len(held) == 1 else f"({', '.join(held)})"
+        ways = f"{', '.join('xyz'[i] for i in left[:-1])} and {'xyz'[left[-1]]}"
+        yield (
+            body.at(),
+            f"loads press `{name}`, which may go along {ways}, and turn",
+            "one way is due",
+            f"hold it in all others, so that it does not turn either: `fixed({name}, components = {hold})`",
+        )
+    weighed = any(isinstance(load.thing.action, PerMass) for load in loads)
+    if len(left) == 1 and not any(_presses(load.thing.action, left[0]) for load in loads):
+        way = "xyz"[left[0]]
+        yield (
+            body.at(),
+            f"no load presses `{name}` along {way}, the way that is left to it",
+            "nothing presses it",
+            f"let gravity or a `point_force({name}, ...)` have a part along {way}, or let a support take it",
+        )
+    if weighed and body.thing.density is not None:
+        if other.thing.planar in ("plane_strain", "plane_stress"):
+            yield (
+                body.at("density"),
+                f"`{name}` presses on a slice, and how much of it belongs to that is not known",
+                "not of a slice",
+                "say what that part weighs: `mass = 4 g`",
+            )
+        elif not isinstance(body.thing.shape, HEAVY):
+            yield (
+                body.at("shape"),
+                f"what `{name}` weighs is not known of its shape",
+                "no volume",
+                "say its `mass`",
+            )
+    for one in scene.of_kind("contact").values():
+        second = scene.declared[one.thing.rigid] if isinstance(one.thing, Between) else body
+        if second.name != name and one.thing.body == other.name and rigid(second) and at_rest_pressed(scene, second):
+            yield (
+                body.at(),
+                f"loads press `{name}`, and `{second.name}` as well",
+                "one at a time",
+                "hold one of them, which then bears what the other brings: leave its mass and its forces out",
+            )
+            return
+
+
+def _presses(action: Any, along: int) -> bool:
+    """Whether a load has a part along a way."""
+    return bool((action.acceleration if isinstance(action, PerMass) else action.force)[along])
+
+
+def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
+    """That it meets one body; in motion in space."""
+    known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
+    contacts = [c for c in known if c.thing.rigid == body.name]
+    if not contacts:
+        yield body.at(), f"`{body.name}` is free and meets nothing", "no contact", "`contact NAME = between(...)`"
+        return
+    first = contacts[0].thing.body
+    if rigid(scene.declared[first]):
+        return  # which is reported of the contact
+    case = case_of(scene, first)
+    for contact in contacts:
+        if contact.thing.body != first:
+            yield (
+                contact.at("body"),
+                f"`{body.name}` is free and meets `{first}` and `{contact.thing.body}`, each "
+                "of which is solved by itself",
+                "more than one body",
+                "make one body of them: `apart(...)`",
+            )
+    for support in (s for s in case.supports if isinstance(s.thing, Symmetric)):
+        yield (
+            support.at(),
+            f"`{support.name}` stands for the other half of `{first}`, which a free `{body.name}` meets as well",
+            "not with a free body",
+            "take the whole body",
+        )
+    if case.planar and not at_rest_pressed(scene, body):
+        yield (body.at(), f"`{body.name}` is free, and `{first}` is plane", "not in the plane", "take a `solid`")
+    elif case.remembers:
+        yield (
+            body.at(),
+            f"`{body.name}` is free, and stress of `{first}` relaxes, or fluid seeps through it",
+            "not with a free body",
+            "use a material without a memory",
+        )

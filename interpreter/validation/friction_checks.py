@@ -1,0 +1,85 @@
+"""Friction: whose path is one step long, and what is asked of it where there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.scene_states import in_state, states_of
+from softmark.interpreter.metrics.slip import OfFriction
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.support_words import Turned
+from softmark.references.measured_data import Unreadable
+
+STEP = math.radians(15.0)  # of a turn from state to state: points slide along its sine, which is 1.1 % less
+NEAR = 1e-9  # relative: what is as near to that is that
+
+
+def faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Errors for what is asked of friction that is not there, and warnings where all the load comes in one step."""
+    yield from _without(scene)
+    rubbing = _rubbing(scene)
+    if not rubbing or scene.state is not None or states_of(scene):
+        return
+    yield diagnostic(
+        "W670",
+        rubbing[0].at("friction"),
+        f"`{rubbing[0].name}` has friction, and all the load comes in one step",
+        "slip along a straight line",
+        "what slides depends on the way there: follow it, `static(states = [25, 50, 75, 100] %)`, and compare with "
+        "twice as many",
+    )
+
+
+def turned(scene: Scene) -> Iterator[Diagnostic]:
+    """Of rigid bodies that turn so far from state to state that what rubs on them seems to slide less, or back."""
+    bodies = {c.thing.rigid: c for c in _rubbing(scene) if isinstance(c.thing, Between)}
+    for body, contact in bodies.items():
+        for support in (s for s in scene.acting("support", body) if isinstance(s.thing, Turned)):
+            most = _farthest(scene, support)
+            if most > STEP * (1.0 + NEAR):
+                yield diagnostic(
+                    "E663",
+                    support.at(),
+                    f"`{support.name}` turns `{body}` by {math.degrees(most):.4g} deg in one state, and"
+                    f" `{contact.name}` has friction",
+                    "slip along a straight line",
+                    "in each state points slide along a straight line: let it turn by 15 deg at most from one to the "
+                    "next, `course = state` and `static(states = [...])`",
+                )
+
+
+def _farthest(scene: Scene, support: Declared) -> float:
+    """By how much a support turns what it turns from rest to the first state, or from one to the next, at most, rad."""
+    try:
+        each = [float(in_state(scene, i).declared[support.name].thing.angle) for i in range(len(states_of(scene)))]
+    except Unreadable:  # a table, of which more is said elsewhere
+        return 0.0
+    return max(abs(b - a) for a, b in pairwise([0.0, *(each or [float(support.thing.angle)])]))
+
+
+def _rubbing(scene: Scene) -> list[Declared]:
+    """Contacts with friction, of a scene at rest."""
+    if any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values()):
+        return []
+    return [c for c in scene.of_kind("contact").values() if getattr(c.thing, "friction", 0.0)]
+
+
+def _without(scene: Scene) -> Iterator[Diagnostic]:
+    for metric in scene.of_kind("metric").values():
+        contact = scene.declared[metric.thing.of] if isinstance(metric.thing, OfFriction) else None
+        if contact is not None and not getattr(contact.thing, "friction", 0.0):
+            yield diagnostic(
+                "E662",
+                metric.at("of"),
+                f"`{metric.name}` asks how `{contact.name}` slips, which has no friction",
+                "nothing sticks there",
+                f"`{contact.name}` slides freely: give it a `friction`, or ask for its `force`, its area or its gap"
+                if hasattr(contact.thing, "friction") else
+                f"`{contact.name}` is `{contact.constructor.name}`, which knows none: ask for its `force`",
+            )  # fmt: skip

@@ -1,0 +1,37 @@
+"""Points on the axis of a hollow member: nothing is there, and theories of beams know them by whole sections."""
+
+from __future__ import annotations
+
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.problem.body_case import Fault, body_of
+
+OF_WALLS = "nothing is on the axis of a hollow member; stress and strain are those of its wall: look there"
+OF_BEAMS = (
+    "nothing is on the axis of a hollow member: beams alone, `beam6dof(...)` and `frame6dof(...)`, know such a point, "
+    "by its whole section; for other models {instead}"
+)
+INSTEAD = {"load": "put a traction on the end face or on a strip of the wall", "probe": "look at the wall"}
+
+
+def refusal(scene: Scene, declared: Declared) -> str | None:
+    """Why a load or probe of a hollow body's axis has none there, as a remedy; None where its section answers for it.
+
+    It does where all models of the body are beams, which move and are loaded by sections, and no stress is asked for.
+    """
+    if declared.kind == "probe" and any(
+        isinstance(metric.thing, OfTensors) and metric.thing.probe == declared.name
+        for metric in scene.of_kind("metric").values()
+    ):
+        return OF_WALLS
+    models = [m for m in scene.of_kind("model").values() if _about(scene, m, declared.thing.body)]
+    if models and all(model.thing.sectional for model in models):
+        return None
+    return OF_BEAMS.format(instead=INSTEAD[declared.kind])
+
+
+def _about(scene: Scene, model: Declared, body: str) -> bool:
+    try:
+        return body_of(scene, model) == body
+    except Fault:  # which is said elsewhere
+        return False

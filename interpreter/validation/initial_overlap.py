@@ -1,0 +1,79 @@
+"""A rigid body that lies in another one before anything moves, as far as shapes tell: a run looks at meshes too.
+
+Only what is sure is said: a point of the surface of the body that deforms, which no support holds, and which is
+well inside the rigid one. Where shapes of files, planes and parts of a surface are concerned, the run looks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
+from softmark.interpreter.language.message_builder import diagnostic
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape, Vector3
+
+LINES = 5  # along each axis, on which the two are looked at
+SURE = 0.02  # of the smaller one's size: how deep a point must be, for facets lie inside of what is round
+HALVES = 30  # of a line, to find a surface on it
+
+
+def overlapping(scene: Scene, contact: Declared, rigid: Declared, body: Declared) -> Iterator[Diagnostic]:
+    """That a part of the body's surface lies behind that of the rigid one, at a point that shows it."""
+    if contact.thing.where is not EVERYWHERE or body.thing.planar:
+        return
+    held = [s.thing.where for s in scene.acting("support", body.name) if getattr(s.thing, "where", None) is not None]
+    inner, outer = rigid.thing.shape, body.thing.shape
+    for at in _surfaced(inner, outer):
+        if not any(where.holds(*at, outer.diagonal) for where in held):
+            place = units.show_all([round(c, 6) for c in at], units.LENGTH)
+            yield diagnostic(
+                "E611", contact.at(),
+                f"`{rigid.name}` overlaps `{body.name}` before anything has moved: {place} is in both",
+                "overlap at the start",
+                "move it away, so that it touches at most, and let a support bring it: `displaced(..., by = ...)`",
+            )  # fmt: skip
+            return
+
+
+def _surfaced(inner: Shape, outer: Shape) -> Iterator[Vector3]:
+    """Points of the surface of `outer` that are well inside of `inner`, m, on a few lines along the axes."""
+    if inner.bounds is None or outer.bounds is None:
+        return
+    low = [max(a, b) for a, b in zip(inner.bounds[0], outer.bounds[0], strict=True)]
+    high = [min(a, b) for a, b in zip(inner.bounds[1], outer.bounds[1], strict=True)]
+    if any(a >= b for a, b in zip(low, high, strict=True)):
+        return
+    deep = SURE * min(inner.diagonal, outer.diagonal)
+    shares = [(i + 0.5) / LINES for i in range(LINES)]
+    for part in product(shares, repeat=3):
+        x, y, z = (a + s * (b - a) for a, b, s in zip(low, high, part, strict=True))
+        if not (inner.contains((x, y, z)) and outer.contains((x, y, z))):
+            continue
+        for axis, (end, way) in product(range(3), zip(outer.bounds, (-1, 1), strict=True)):
+            beyond = [x, y, z]
+            beyond[axis] = end[axis] + way * deep
+            at = _leaving(outer, (x, y, z), (beyond[0], beyond[1], beyond[2]))
+            if _well_within(inner, at, deep):
+                yield at
+
+
+def _leaving(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3:
+    """Where a line from a point of a shape to one beyond it goes through its surface."""
+    a, b = within, beyond
+    for _ in range(HALVES):
+        middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]))
+        a, b = (middle, b) if shape.contains(middle) else (a, middle)
+    return a
+
+
+def _well_within(shape: Shape, at: Vector3, deep: float) -> bool:
+    """Whether the corners of a cube about a point are in a shape as well."""
+    x, y, z = at
+    return all(shape.contains((x + i * deep, y + j * deep, z + k * deep)) for i, j, k in product((-1, 1), repeat=3))

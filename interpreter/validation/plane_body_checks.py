@@ -1,0 +1,292 @@
+"""What cannot be in a scene with plane bodies: regions without a thickness, other models, forces out of the plane.
+
+Whatever has no formulas for a plane problem is refused here, so that nothing is computed as if it had.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.metrics.contact import OfContact
+from softmark.interpreter.metrics.displacement import Displacement
+from softmark.interpreter.metrics.force import Force
+from softmark.interpreter.metrics.frequency import Frequency
+from softmark.interpreter.metrics.max_error import MaxError
+from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.metric_base import OfMetric
+from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
+from softmark.interpreter.metrics.relative_displacement_error import EnergyNorm
+from softmark.interpreter.metrics.strain_energy import StrainEnergy
+from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.contact_words import Between
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.interpreter.vocabulary.probe_words import Line, Point
+from softmark.interpreter.vocabulary.support_words import Displaced, Symmetric, Turned
+from softmark.solvers.elements.plane import PLANE
+from softmark.solvers.mesh.plane_regions import NEAR
+from softmark.solvers.mesh.shape import Shape
+
+WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress", "axisymmetric": "axial symmetry"}
+AT_POINTS = (Displacement, EnergyNorm, MaxError, MeanError, OfTensors, TipError)  # known of bodies of revolution
+QUADS = ", ".join(f"`{name}`" for name in PLANE)
+
+
+def shapes(scene: Scene) -> Iterator[Diagnostic]:
+    """Plane regions that are no plane body's, and plane bodies of no plane region."""
+    for body in scene.of_kind("body").values():
+        if body.thing.planar and not body.thing.shape.flat:
+            yield diagnostic("E542", body.at("region"), f"`{body.name}` is a slice of a plane region, and this is none",
+                             "not a plane region",
+                             "use `quadrilateral(...)`, `quarter_ring(...)` or a `mesh(...)` of plane cells; a body in "
+                             "space is `solid`")  # fmt: skip
+        elif body.thing.planar == "axisymmetric" and _left_of_axis(body.thing.shape):
+            yield diagnostic("E322", body.at("region"), f"`{body.name}` turns about the y axis, and its region lies on "
+                             "both sides of it", "x below 0",
+                             "x is the distance from the axis: give the half with x >= 0")  # fmt: skip
+        elif body.thing.shape.flat and not body.thing.planar:
+            yield diagnostic("E542", body.at("shape"), f"`{body.name}` has a plane region for its shape",
+                             "no thickness",
+                             "a slice of it is `plane_strain(..., thickness = 1 mm)` or `plane_stress`")  # fmt: skip
+
+
+def _left_of_axis(shape: Shape) -> bool:
+    """Whether a region has points with x < 0."""
+    return shape.bounds is not None and shape.bounds[0][0] < -NEAR * shape.diagonal
+
+
+def selecting(scene: Scene) -> Iterator[Diagnostic]:
+    """Conditions on z, of whatever acts on a plane body: it is the same for all z."""
+    for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
+        body, condition = scene.declared.get(declared.value("body") or ""), declared.value("where")
+        if body is not None and body.thing.planar and condition is not None and 2 in condition.axes:
+            yield diagnostic("E321", declared.at("where"), f"`{declared.name}` selects by z, and `{body.name}` is a "
+                             "plane body: it is the same for all z", "depends on z",
+                             "select by x and y alone, such as `x <= 0 mm`; a body that differs along z is "
+                             "`solid`")  # fmt: skip
+
+
+def acting(scene: Scene) -> Iterator[Diagnostic]:
+    """Loads and supports that act across the plane of a plane body.
+
+    Weight acts on all bodies of a scene: beside solids a plane body may lie level, and is held in its plane.
+    """
+    bodies = {name for name, body in scene.of_kind("body").items() if body.thing.planar}
+    alone = 0 < len(bodies) == len(scene.of_kind("body"))
+    for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
+        own = declared.value("body")
+        flat = own in bodies or (own is None and alone and declared.kind == "load")
+        if across := [*_across_axis(scene, declared)]:
+            yield from across
+            continue
+        if flat and declared.kind == "load" and isinstance(declared.thing.action, Turning):
+            yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
+                             "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
+        elif flat and abs(_across(declared)) > 0.0:
+            does = "moves" if declared.kind == "support" else "pulls"
+            yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
+                             "it has a component along z", "the plane is that of x and y: leave z out")  # fmt: skip
+        elif own in bodies and declared.kind == "load" and _beside(declared.thing.action):
+            yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts beside the plane of `{own}`",
+                             "z is not 0", "points of a plane body have z = 0")  # fmt: skip
+    for contact in scene.of_kind("contact").values():
+        if isinstance(contact.thing, Between) and contact.thing.body in bodies:
+            yield from _led_out(scene, contact.thing.rigid, scene.declared[contact.thing.body])
+    for analysis in scene.of_kind("analysis").values() if bodies else ():
+        for field in _leaving(analysis.thing, alone):
+            yield diagnostic("E544", analysis.at(field), f"the `{field}` at the start takes plane bodies out of their "
+                             "plane", "not within the plane",
+                             "velocity is along x and y, and spin about z")  # fmt: skip
+
+
+def _led_out(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
+    """Supports that lead a rigid body out of the plane of a body that it meets, or off its axis."""
+    around = body.thing.planar == "axisymmetric"
+    for support in scene.acting("support", rigid):
+        thing = support.thing
+        if not isinstance(thing, Displaced | Turned):
+            continue  # which is refused, or moves nothing
+        x, _, z = thing.imposed if isinstance(thing, Displaced) else (0.0, 0.0, 0.0)
+        turns = thing.rotation if isinstance(thing, Turned) else (0.0, 0.0, 0.0)
+        if around and (x or z or any(turns)):
+            yield diagnostic("E323", support.at(), f"`{support.name}` takes `{rigid}` off the axis of `{body.name}`, "
+                             "or turns it", "not along y", "what presses a body of revolution goes along y; shear and "
+                             "twist want a `solid`")  # fmt: skip
+        elif not around and (z or any(turns[:2])):
+            yield diagnostic("E544", support.at(), f"`{support.name}` moves `{rigid}` out of the plane of "
+                             f"`{body.name}`, which it meets", "it has a component along z",
+                             "the plane is that of x and y: leave z out, and turn it about z")  # fmt: skip
+
+
+def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
+    """Gravity across the axis of a body of revolution, mirrors that do not cross it, and turns of its parts."""
+    turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
+    thing = declared.thing
+    if isinstance(thing, Symmetric):
+        if thing.body in turned and thing.normal is not None and thing.normal[0] == 0 and thing.normal[1] != 0.0:
+            yield diagnostic("E323", declared.at("where"), f"`{declared.name}` is no plane of symmetry of "
+                             f"`{thing.body}`, which turns about the y axis", "a cylinder around the axis",
+                             "its mirrors are normal to y; what does not grow is `fixed(..., components = "
+                             "x)`")  # fmt: skip
+    elif isinstance(thing, Turned) and thing.body in turned:
+        yield diagnostic("E323", declared.at(), f"`{declared.name}` turns a part of `{thing.body}`, a body of "
+                         "revolution", "not around the axis", "its rings stay level: use a `solid`")  # fmt: skip
+    elif declared.value("body") in turned and declared.kind == "load" and _askew(thing.action):
+        yield diagnostic("E323", declared.at("direction"), f"`{declared.name}` pulls `{thing.body}` askew, and a body "
+                         "of revolution is pulled along its axis or across it", "neither along x nor along y",
+                         "`direction = +y` pulls along the axis, `direction = +x` outward all around")  # fmt: skip
+    elif turned and declared.kind == "load" and _sideways(thing.action):
+        yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
+                         "not along y", "the axis is y: `direction = -y`")  # fmt: skip
+
+
+def _sideways(action: Any) -> bool:
+    """Whether it is gravity with a component along x or z."""
+    return isinstance(action, PerMass) and bool(action.acceleration[0] or action.acceleration[2])
+
+
+def _askew(action: Any) -> bool:
+    """Whether it is a tension neither along the axis of a body of revolution nor across it."""
+    return isinstance(action, Tensile) and bool(action.direction[0] and action.direction[1])
+
+
+def _beside(action: Any) -> bool:
+    """Whether a force acts at a point off the plane."""
+    return isinstance(action, AtPoint) and action.at[2] != 0.0
+
+
+def _leaving(analysis: Any, alone: bool) -> Iterator[str]:
+    """What a motion starts with out of the plane; solids may have a velocity along z beside plane bodies."""
+    if not isinstance(analysis, Dynamic):
+        return
+    if alone and analysis.velocity[2]:
+        yield "velocity"
+    if any(analysis.spin[:2]):
+        yield "spin"
+
+
+def _across(declared: Declared) -> float:
+    """The component along z of what acts."""
+    thing = declared.thing
+    if declared.kind == "support":
+        turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
+        return turned or (float(thing.displacement[2]) if 2 in thing.components else 0.0)
+    match thing.action:
+        case PerMass(acceleration=vector) | PerArea(traction=vector) | AtPoint(force=vector) | PerLength(force=vector):
+            return float(vector[2])
+        case Tensile(direction=vector):
+            return float(vector[2])
+    return 0.0
+
+
+def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """A model and a body that are not for each other."""
+    thing = declared.thing
+    plane = getattr(thing, "element", None) in PLANE
+    if not case.planar:
+        if isinstance(thing, Fem) and plane:
+            yield diagnostic("E543", declared.at("element"), f"{thing.element} is an element of plane bodies, and "
+                             f"`{case.body.name}` is a solid", "not for solids",
+                             "use `hex8`, `hex20`, `hex27`, `tet4` or `tet10`, or declare the body as "
+                             "`plane_strain(...)`")  # fmt: skip
+        return
+    kind, at = WHAT[case.planar], declared.at()
+    if not isinstance(thing, Fem):
+        yield diagnostic("E543", at, f"`{declared.name}` knows no {kind}", "not for plane bodies",
+                         f"use `fem` with {QUADS}")  # fmt: skip
+    elif not plane:
+        yield diagnostic("E543", declared.at("element"), f"{thing.element} is no element of {kind}",
+                         "for bodies in space", f"use {QUADS}")  # fmt: skip
+    elif thing.mesh is not None or thing.quality is not None:
+        field = "mesh" if thing.mesh is not None else "quality"
+        yield diagnostic("E543", declared.at(field), f"`{declared.name}` has a `{field}`, and plane bodies have meshes "
+                         "of their own alone", "not of plane bodies", "leave it out, and give a `size`")  # fmt: skip
+    elif (lines := [load for load in case.loads if isinstance(load.thing.action, PerLength)]) and not case.depth:
+        yield diagnostic("E543", lines[0].at(), f"`{lines[0].name}` acts along a line, and `{case.body.name}` is in "
+                         f"{kind}", "not on plane bodies", "`point_force(...)` is spread along z; along an edge, give a"
+                         " `traction`")  # fmt: skip
+    elif case.planar == "plane_stress":
+        yield from _of_plates(thing, declared, case)
+    elif case.depth:
+        yield from _of_revolution(thing, declared, case)
+
+
+PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "start": None}
+
+
+def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What is not known of bodies of revolution: levers that would need rings of their own, and motions."""
+    for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
+        yield diagnostic("E322", declared.at(field), f"`{declared.name}` is of a body of revolution, which knows no "
+                         f"such `{field}`", "not with axial symmetry", "leave it out")  # fmt: skip
+    if isinstance(case.analysis, Dynamic) or case.analysis.disturbed != "none" or case.analysis.path != "load":
+        yield diagnostic("E322", declared.at(), f"`{declared.name}` is of a body of revolution, which is known at rest "
+                         "alone, as its loads grow", "not with axial symmetry",
+                         "use `static()`, or a `solid`")  # fmt: skip
+    for load in case.loads:
+        if isinstance(load.thing.action, AtPoint | PerLength):
+            where = "at a point" if isinstance(load.thing.action, AtPoint) else "along a line"
+            yield diagnostic("E323", load.at(), f"`{load.name}` acts {where} of a body of revolution", "not around "
+                             "the axis", "use `traction` on a part of its edge, which goes all around")  # fmt: skip
+
+
+def _of_plates(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+    """What plane stress does without, and a solid whose thickness could not follow."""
+    field = "integration" if thing.integration != "full" else "formulation"
+    if thing.integration != "full" or thing.formulation != "displacement" or thing.rotation != "point":
+        field = "rotation" if thing.rotation != "point" else field
+        yield diagnostic("E545", declared.at(field), f"`{declared.name}` is in plane stress, where nothing locks and "
+                         "every point finds its thickness by itself", f"not with {field}", "leave it out")  # fmt: skip
+    elif thing.precision == "single":
+        yield diagnostic("E545", declared.at("precision"), f"`{declared.name}` is in plane stress, whose thickness is "
+                         "found in double precision", "not in single precision", "leave it out")  # fmt: skip
+    if any(material.incompressible for material in case.typical):
+        yield diagnostic("E545", case.body.at("material"), f"`{case.body.name}` is in plane stress, and its material "
+                         "has no bulk modulus to find its thickness with", "a Poisson's ratio of 0.5",
+                         "use one below it, such as 0.4999: in plane stress nothing locks")  # fmt: skip
+
+
+def _unknown(metric: Declared, scene: Scene) -> str:
+    """Why a metric is not known of a body of revolution; "" where it is."""
+    thing = metric.thing
+    if isinstance(thing, Force):
+        return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
+    if isinstance(thing, StrainEnergy | PorePressure | Outflow | OfContact):
+        return ""
+    if isinstance(thing, OfMetric):  # known as far as what it is of
+        return _unknown(scene.declared[thing.of], scene)
+    probe = scene.declared.get(thing.looked_at or "")
+    if isinstance(thing, AT_POINTS) and probe is not None:
+        seen = isinstance(probe.thing, Point | Line)
+        return "" if seen else "which is looked at in its section, at points and along lines"
+    return "of which this is not known"
+
+
+def metrics(scene: Scene) -> Iterator[Diagnostic]:
+    """What is not known of a slice: how it vibrates, and the volume of a plate whose thickness is not in its points."""
+    for metric in scene.of_kind("metric").values():
+        body = scene.declared.get(metric.thing.body_in(scene) or "")
+        planar = "" if body is None else body.thing.planar
+        if planar == "axisymmetric" and (why := _unknown(metric, scene)):
+            yield diagnostic("E323", metric.at(), f"`{metric.name}` is of a body of revolution, {why}",
+                             "not with axial symmetry", "known are displacements and their errors, stress, strain and "
+                             "stretch, at points and along lines, strain_energy, force along y, contacts, and of fluid"
+                             " pore_pressure and outflow")  # fmt: skip
+            continue
+        if planar and isinstance(metric.thing, Frequency):
+            yield diagnostic("E545", metric.at(), f"`{metric.name}` is of a plane body, of which frequencies are not "
+                             "found", "not of a plane body",
+                             "a slice has motions that vary through it as well: use a `solid`")  # fmt: skip
+        if planar == "plane_stress" and isinstance(metric.thing, VolumeChange):
+            yield diagnostic("E545", metric.at(), f"`{metric.name}` is of a body in plane stress, whose surface does "
+                             "not show how thick it is", "not in plane stress",
+                             "use `stretch(..., component = volume)`")  # fmt: skip

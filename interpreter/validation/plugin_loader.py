@@ -1,0 +1,481 @@
+"""Plugins: files of others with classes for words. A file is loaded when it is named, and never otherwise.
+
+A plugin is one Python file with a literal at its top level, which is read before anything of the file is run:
+
+    SOFTMARK = {"metrics": {"sway": "Sway"}, "models": {"guess": ("Guess", "prepare")}}
+
+The tables are those of TABLES, the values names of classes in the file; of a model a pair, with the function that
+builds it, `prepare(model, declared, case, workshop)`; of an adapter the name of a `Program`, whose file has what an
+adapter has (`models/external/adapters`). It is named by its path, or by the name of an entry point of the group
+`softmark.plugins`, whose value is the module.
+
+What cannot be used is said, at its place in the plugin, and the rest stands; nothing here raises for what one does.
+To let plugins add one more kind of thing: a line in TABLES, and in NEEDED what its classes must have.
+"""
+
+from __future__ import annotations
+
+import ast
+import copyreg
+import dataclasses
+import hashlib
+import os
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import redirect_stdout
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.grammar.name_suggestions import nearest
+from softmark.grammar.tree import Span
+from softmark.interpreter.language.expression_evaluation import PREDEFINED
+from softmark.interpreter.language.field_schema import Vocabulary, _fields, article
+from softmark.interpreter.language.plugin_words import FILES, Plugin, told
+from softmark.records import dataclass
+from softmark.safe_files import open_regular
+
+EXAMPLES = "examples"  # a table of calls of its words, that `dsl conformance` tries
+GROUP = "softmark.plugins"  # of entry points
+NAME = "SOFTMARK"  # of the literal
+OWN = "softmark_plugin_"  # what the modules of files are called
+LARGEST = 1_000_000  # bytes of a plugin: a text that people write
+TABLES = {  # of a plugin: the kind of their words, and what their classes derive from
+    "materials": ("material", "solvers.materials.isotropic_material", "Isotropic"),
+    "models": ("model", "interpreter.models.shared.model_declaration", "Model"),
+    "metrics": ("metric", "interpreter.metrics.metric_base", "Metric"),
+    "references": ("reference", "references.reference_base", "Reference"),
+    "probes": ("probe", "interpreter.vocabulary.probe_words", "Probe"),
+    "loads": ("load", "interpreter.vocabulary.load_words", "Load"),
+    "shapes": ("shape", "solvers.mesh.shape", "Shape"),
+    "adapters": ("adapter", "interpreter.models.external.adapters", "Program"),
+}
+NEEDED = {  # of a class that derives from one of these: what it must say itself
+    ("solvers.materials.isotropic_material", "Isotropic"): ("finite_law",),
+    ("interpreter.models.shared.model_declaration", "Model"): ("outline",),
+    ("interpreter.metrics.metric_base", "Metric"): ("unit", "measure"),
+    ("interpreter.metrics.metric_base", "OfDisplacements"): ("value",),
+    ("interpreter.metrics.metric_base", "OfForces"): ("amount", "natural"),
+    ("references.reference_base", "Reference"): ("source", "error_meaning"),
+    ("interpreter.vocabulary.probe_words", "Probe"): ("stations",),
+    ("interpreter.vocabulary.load_words", "Load"): ("action", "strength"),
+    ("solvers.mesh.shape", "Shape"): ("mesh", "surface"),
+}
+ADAPTER = ("install", "version", "refuses", "write", "command", "read")  # what the file of one has
+START = Span(0, 0, 1, 1, 1, 1)
+
+
+def vocabulary_of(ours: Vocabulary, asked: Sequence[str]) -> tuple[Vocabulary, list[Diagnostic]]:
+    """Our words and those of plugins, by their files or names; and all that is wrong with these."""
+    found: list[Diagnostic] = []
+    for one in dict.fromkeys(asked):
+        try:
+            plugin = loaded(one)
+        except Absent as absent:
+            found.append(absent.diagnostic)
+            continue
+        plugin = _without_taken(plugin, ours)
+        ours = ours.plus(plugin)
+        found += plugin.doubts
+    return ours, found
+
+
+class Absent(Exception):
+    """There is no such plugin; the diagnostic says so."""
+
+    def __init__(self, message: str, help: str) -> None:
+        super().__init__(message)
+        self.diagnostic = Diagnostic("E731", message, None, None, help=help)
+
+
+def installed() -> dict[str, str]:
+    """Plugins that are installed, by name, and the module of each; none of them is loaded."""
+    from importlib.metadata import entry_points
+
+    return {point.name: point.module for point in entry_points(group=GROUP)}
+
+
+# ------------------------------------------------------------------ finding and reading
+
+
+@dataclass(frozen=True)
+class Read:
+    """The text of a plugin, and how it is loaded."""
+
+    asked: str
+    source: Source
+    file: str
+    module: str
+
+    @property
+    def sha256(self) -> str:
+        """Of the text."""
+        return hashlib.sha256(self.source.text.encode()).hexdigest()
+
+    def doubt(self, code: str, message: str, line: int | ast.AST = 0, label: str = "", help: str = "") -> Diagnostic:
+        """What is wrong, in a line or at a node, and what to do."""
+        span = self._span(line) if isinstance(line, ast.AST) else self._line(line)
+        return Diagnostic(code, f"the plugin `{self.source.name}` {message}", self.source, span, label, help)
+
+    def _line(self, number: int) -> Span:
+        lines = self.source.text.split("\n")
+        if not 1 <= number <= len(lines):
+            return START
+        own = lines[number - 1]
+        indent = len(own) - len(own.lstrip())
+        start = sum(len(line) + 1 for line in lines[: number - 1])
+        return Span(start + indent, start + len(own), number, indent + 1, number, len(own) + 1)
+
+    def _span(self, node: Any) -> Span:
+        """Columns of `ast` count bytes."""
+        lines = self.source.text.split("\n")
+        first, last = (
+            len(lines[row - 1].encode()[:column].decode(errors="ignore"))
+            for row, column in ((node.lineno, node.col_offset), (node.end_lineno, node.end_col_offset))
+        )
+        begin, end = (
+            sum(len(line) + 1 for line in lines[: row - 1]) + column
+            for row, column in ((node.lineno, first), (node.end_lineno, last))
+        )
+        return Span(begin, end, node.lineno, first + 1, node.end_lineno, last + 1)
+
+
+_LOADED: dict[tuple[str, str], Plugin] = {}  # by how it is asked for and its text
+
+
+def loaded(asked: str) -> Plugin:
+    """A plugin by its file or its name: run once in this process for as long as its text stays. Raises Absent."""
+    read = _read(asked)
+    key = read.asked, read.sha256
+    if key not in _LOADED:
+        _LOADED[key] = _made(read)
+    return _LOADED[key]
+
+
+copyreg.pickle(Plugin, lambda plugin: (loaded, (plugin.asked,)))  # its classes are its file's
+
+
+def _read(asked: str) -> Read:
+    """The text of a plugin. Raises Absent."""
+    by_path = os.path.isfile(asked) or asked.endswith(".py") or os.sep in asked
+    file, module = (Path(asked), "") if by_path else _of_name(asked)
+    try:
+        with open_regular(file) as opened:
+            data = opened.read(LARGEST + 1)
+    except OSError as error:
+        said = (error.strerror or str(error)).lower()
+        raise Absent(f"the plugin {asked} cannot be read: {said}", "`--plugin` takes a Python file, or the name of an "
+                     "installed plugin: `dsl list plugins`") from error  # fmt: skip
+    text = data.decode("utf-8", errors="replace")
+    if len(data) > LARGEST:
+        raise Absent(f"the plugin {asked} is larger than 1 MB", "a plugin is a Python file that people write")
+    stem = re.sub(r"\W", "_", file.stem)
+    own = module or f"{OWN}{stem}_{hashlib.sha256(data).hexdigest()[:12]}"
+    return Read(asked if module else str(file.resolve()), Source(asked, text), str(file.resolve()), own)
+
+
+def _of_name(name: str) -> tuple[Path, str]:
+    """The file and module of an installed plugin, which is not run; the packages that it is in are. Raises Absent."""
+    from importlib.util import find_spec
+
+    known = installed()
+    if name not in known:
+        close = nearest(name, list(known))
+        hint = f"did you mean `{close}`?" if close else "`dsl list plugins` shows those that are installed"
+        raise Absent(f"there is no file {name}, and no installed plugin of that name", hint)
+    try:
+        with redirect_stdout(sys.stderr):
+            spec = find_spec(known[name])
+    except Exception as error:
+        raise Absent(f"the plugin {name} cannot be found: {told(error)}", "install it anew") from error
+    if spec is None or not spec.origin:
+        raise Absent(f"the plugin {name} has no file: {known[name]}", "its entry point names a module")
+    return Path(spec.origin), known[name]
+
+
+# ------------------------------------------------------------------ its table
+
+
+class Unread(Exception):
+    """Nothing can be used of a plugin; the diagnostic says why."""
+
+    def __init__(self, diagnostic: Diagnostic, why: str) -> None:
+        super().__init__(why)
+        self.diagnostic, self.why = diagnostic, why
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of a plugin's table."""
+
+    table: str
+    word: str
+    value: Any  # a name, or two
+    node: ast.AST
+
+    @property
+    def kind(self) -> str:
+        """Of declaration."""
+        return TABLES[self.table][0]
+
+
+def _made(read: Read) -> Plugin:
+    """A plugin loaded, with all that is wrong with it."""
+    doubts: list[Diagnostic] = []
+    broken: dict[tuple[str, str], str] = {}
+    words: dict[str, dict[str, Any]] = {}
+    programs: list[str] = []
+    entries: list[Entry] = []
+    FILES[read.file] = read.source.name
+    try:
+        entries = list(_entries(read, _tree(read), doubts))
+        module = _run(read)
+    except Unread as unread:
+        broken = {(e.kind, e.word): unread.why for e in entries or _guessed(read)}
+        return Plugin(read.asked, read.source.name, read.file, read.sha256, {}, broken,
+                      "" if broken else unread.why, doubts=(*doubts, unread.diagnostic))  # fmt: skip
+    for entry in entries:
+        try:
+            thing = _tried(entry, module)
+        except Lacking as lacking:
+            broken[entry.kind, entry.word] = str(lacking)
+            doubts.append(_left_out(read, entry, lacking))
+            continue
+        if entry.table == "adapters":
+            programs.append(entry.word)
+        else:
+            words.setdefault(entry.kind, {})[entry.word] = thing
+    choices = {("model", "outside", "program"): tuple(programs)} if programs else {}
+    table = getattr(module, NAME, None)
+    given = table.get(EXAMPLES) if isinstance(table, dict) else None
+    examples = {str(k): str(v) for k, v in given.items()} if isinstance(given, dict) else {}
+    return Plugin(read.asked, read.source.name, read.file, read.sha256, words, broken, "", choices, examples,
+                  tuple(doubts))  # fmt: skip
+
+
+def _left_out(read: Read, entry: Entry, why: Lacking) -> Diagnostic:
+    return read.doubt("W731", f"has a word that is left out: {why}", entry.node, f"no {entry.kind}", why.remedy)
+
+
+def _tree(read: Read) -> ast.Module:
+    """Raises Unread for what is no Python."""
+    try:
+        return ast.parse(read.source.text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        line = getattr(error, "lineno", 0) or 0
+        why = f"it is no Python: {getattr(error, 'msg', None) or error}" + (f" (line {line})" if line else "")
+        raise Unread(read.doubt("W730", f"is broken: {why}", line, "here", "nothing of it can be used"), why) from error
+
+
+def _entries(read: Read, tree: ast.Module, doubts: list[Diagnostic]) -> Iterator[Entry]:
+    """The lines of the table. Raises Unread where there is none."""
+    form = f'a literal at its top level, such as `{NAME} = {{"metrics": {{"sway": "Sway"}}}}`'
+    node = next((n.value for n in tree.body if isinstance(n, ast.Assign | ast.AnnAssign) and _names(n)), None)
+    if node is None:
+        why = f"it has no table `{NAME}`"
+        raise Unread(read.doubt("W730", f"is broken: {why}", 1, "no table", f"write {form}"), why)
+    if not isinstance(node, ast.Dict):
+        why = f"its `{NAME}` is no literal"
+        raise Unread(read.doubt("W730", f"is broken: {why}", node, "not a table", f"write {form}"), why)
+    for key, value in zip(node.keys, node.values, strict=True):
+        table = key.value if isinstance(key, ast.Constant) else None
+        if table == EXAMPLES:
+            continue
+        if table not in TABLES or not isinstance(value, ast.Dict):
+            known = ", ".join(f'"{name}"' for name in TABLES)
+            doubts.append(read.doubt("W731", "has a table that is left out", key or value, "no table of words",
+                                     f"tables of a plugin: {known}, each of words and names of classes"))  # fmt: skip
+            continue
+        yield from _lines(read, str(table), value, doubts)
+
+
+def _names(node: ast.Assign | ast.AnnAssign) -> bool:
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+    return any(isinstance(t, ast.Name) and t.id == NAME for t in targets)
+
+
+def _lines(read: Read, table: str, node: ast.Dict, doubts: list[Diagnostic]) -> Iterator[Entry]:
+    for key, value in zip(node.keys, node.values, strict=True):
+        try:
+            word, names = ast.literal_eval(key) if key else None, ast.literal_eval(value)
+        except (ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
+            word, names = None, None
+        pair = isinstance(names, tuple) and len(names) == 2 and all(isinstance(n, str) for n in names)
+        if not isinstance(word, str) or not (isinstance(names, str) or (pair and table == "models")):
+            help = 'a line is `"word": "Class"`, of a model `"word": ("Class", "prepare")`'
+            doubts.append(read.doubt("W731", "has a line that is left out", key or value, "no word and class", help))
+            continue
+        yield Entry(table, word, names, key or value)
+
+
+def _guessed(read: Read) -> Iterator[Entry]:
+    """The lines of the table in a file that is no Python elsewhere."""
+    found = re.search(rf"^{NAME}\s*(?::[^=\n]*)?=\s*(\{{.*?^\}}|\{{[^\n]*\}})", read.source.text, re.M | re.S)
+    try:
+        tree = ast.parse(f"{NAME} = {found[1]}") if found else ast.Module([], [])
+        yield from _entries(read, tree, [])
+    except (SyntaxError, ValueError, RecursionError, MemoryError, Unread):
+        return
+
+
+# ------------------------------------------------------------------ its classes
+
+
+def _run(read: Read) -> ModuleType:
+    """The module of a plugin: what it prints goes to standard error. Raises Unread, whatever it does."""
+    named = not read.module.startswith(OWN)
+    module = ModuleType(read.module)
+    module.__file__ = read.file
+    try:
+        with redirect_stdout(sys.stderr):
+            if named:
+                return import_module(read.module)
+            sys.modules[read.module] = module
+            exec(compile(read.source.text, read.file, "exec", dont_inherit=True), vars(module))
+    except (Exception, SystemExit) as error:
+        sys.modules.pop(read.module, None)
+        line, why = _line_of(error, read.file), told(error)
+        help = "nothing of it can be used; install what it needs" if isinstance(error, ImportError) else "mend it"
+        doubt = read.doubt("W730", f"is broken: {why}", line, "raised here", help)
+        raise Unread(doubt, f"{why} (line {line})") from None
+    return module
+
+
+def _line_of(error: BaseException, file: str) -> int:
+    """The line of a file in which an exception was raised."""
+    line, trace = 1, error.__traceback__
+    while trace is not None:
+        line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == file else line
+        trace = trace.tb_next
+    return line
+
+
+class Lacking(Exception):
+    """A class cannot be a word; `remedy` says what it needs."""
+
+    def __init__(self, why: str, remedy: str) -> None:
+        super().__init__(why)
+        self.remedy = remedy
+
+
+def _tried(entry: Entry, module: ModuleType) -> Any:
+    """What a word stands for, ready to be used. Raises Lacking, whatever looking at it does."""
+    try:
+        return _usable(entry, module)
+    except Lacking:
+        raise
+    except Exception as error:
+        raise Lacking(f"looking at it raises {told(error)}", "what a class says of itself is values") from error
+
+
+def _usable(entry: Entry, module: ModuleType) -> Any:
+    """What a word stands for, ready to be used. Raises Lacking."""
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", entry.word) or entry.word in PREDEFINED:
+        raise Lacking(f"`{entry.word}` is no word", "words are of small letters, digits and `_`, as `tip_sway`")
+    name, builder = entry.value if isinstance(entry.value, tuple) else (entry.value, "prepare")
+    thing = getattr(module, name, None)
+    _, place, base = TABLES[entry.table]
+    root = getattr(import_module(f"softmark.{place}"), base)
+    if entry.table == "adapters":
+        return _plugged(entry.word, name, thing, root, module)
+    if not isinstance(thing, type):
+        raise Lacking(f"there is no class `{name}` in it", "a line is a word and the name of a class of this file")
+    if not issubclass(thing, root):
+        raise Lacking(f"`{name}` is no {base}", f"derive it from `{base}` of `softmark.{place}`")
+    lacks(thing, entry.kind)
+    if entry.table == "models":
+        _built(thing, builder, module)
+    return thing
+
+
+def lacks(cls: type[Any], kind: str) -> None:
+    """Whatever a class needs to be looked at as a word. Raises Lacking."""
+    name = cls.__name__
+    own: Any = vars(cls).get("__dataclass_params__")  # not that of its base
+    if own is None or not own.frozen:
+        raise Lacking(f"`{name}` is no frozen dataclass", "write `@dataclass(frozen=True)` above it")
+    if not (cls.__doc__ or "").strip() or cls.__doc__.startswith(f"{name}("):  # type: ignore[union-attr]
+        raise Lacking(f"`{name}` does not say what it is", "its docstring is what `dsl list` and `dsl explain` show")
+    try:
+        _fields(cls)
+    except Exception as error:
+        form = '`Annotated[float, "m in (0, inf)", "what it means"]`'
+        raise Lacking(f"a field of `{name}` cannot be read: {told(error)}", f"a field is {form}") from None
+    for (place, base), needed in NEEDED.items():
+        root = getattr(sys.modules.get(f"softmark.{place}"), base, None)
+        missing = () if root is None or not issubclass(cls, root) else [n for n in needed if _same(cls, root, n)]
+        if missing:
+            raise Lacking(f"`{name}` has no `{missing[0]}`", f"{article(kind)} {kind} says it itself; see `{base}` of "
+                          f"`softmark.{place}`")  # fmt: skip
+    if kind == "reference":
+        _told_reference(cls)
+
+
+def _same(cls: type[Any], root: type[Any], name: str) -> bool:
+    """Whether a class leaves to its base what it must say itself."""
+    nothing = object()
+    return getattr(cls, name, nothing) is getattr(root, name, nothing)
+
+
+def _told_reference(cls: type[Any]) -> None:
+    """Raises Lacking for a reference without what gives its answer."""
+    known: Mapping[str, str] = {"solved": "solve", "measured": "load", "scanned": "load"}
+    if cls.how not in known:
+        raise Lacking(f"`{cls.__name__}` is `{cls.how}`", 'references of plugins are `how = "solved"` or `"measured"`')
+    if not callable(getattr(cls, known[cls.how], None)):
+        raise Lacking(f"`{cls.__name__}` has no `{known[cls.how]}`", f"what is `{cls.how}` has it; see `Reference`")
+
+
+def _built(cls: type[Any], builder: str, module: ModuleType) -> None:
+    """Enter what builds a model: a function of this file, or a module. Raises Lacking."""
+    from softmark.interpreter.models.model_builders import BUILDERS, Builder
+
+    if "." in builder:
+        BUILDERS[cls] = builder
+        return
+    prepare = getattr(module, builder, None)
+    if not callable(prepare):
+        raise Lacking(f"nothing builds `{cls.__name__}`", f"write a function `{builder}(model, declared, case, "
+                      "workshop)` in this file")  # fmt: skip
+    load = getattr(module, "load", None)
+    BUILDERS[cls] = Builder(load if callable(load) else lambda model: None, prepare)
+
+
+def _plugged(word: str, name: str, thing: Any, root: type[Any], module: ModuleType) -> Any:
+    """Enter an adapter. Raises Lacking."""
+    from softmark.interpreter.models.external.adapters import PLUGGED, PROGRAMS
+
+    if not isinstance(thing, root):
+        raise Lacking(f"`{name}` is no Program", "`Program(title, elements, laws)` says what a program can do")
+    if missing := [n for n in ADAPTER if not hasattr(module, n)]:
+        raise Lacking(f"its file has no `{missing[0]}`", f"an adapter has {', '.join(ADAPTER)}")
+    known = PLUGGED.get(word)
+    if word in PROGRAMS or (known is not None and not _alike(known[1], module)):
+        raise Lacking(f"there is a program `{word}` already", "give it another word")
+    PLUGGED[word] = thing, module
+    return thing
+
+
+def _alike(one: ModuleType, other: ModuleType) -> bool:
+    """Whether two modules are of one file, or of one text, by which those of files are named."""
+    return one.__file__ == other.__file__ or one.__name__ == other.__name__
+
+
+def _without_taken(plugin: Plugin, ours: Vocabulary) -> Plugin:
+    """Without words that somebody has already."""
+    taken = {(k, w): ours.owner(k, w) for k, own in plugin.words.items() for w in own if w in ours[k]}
+    if not taken:
+        return plugin
+    doubts, broken, read = list(plugin.doubts), dict(plugin.broken), _read(plugin.asked)
+    read = dataclasses.replace(read, source=Source(plugin.name, read.source.text))
+    entries = {(e.kind, e.word): e for e in _entries(read, _tree(read), [])}
+    for (kind, word), other in taken.items():
+        whose = "softmark" if other is None else f"the plugin `{other.name}`"
+        lacking = Lacking(f"`{word}` is {article(kind)} {kind} of {whose} already", "give it another word")
+        broken[kind, word] = str(lacking)
+        doubts.append(_left_out(read, entries[kind, word], lacking))
+    words = {k: {w: c for w, c in own.items() if (k, w) not in taken} for k, own in plugin.words.items()}
+    return dataclasses.replace(plugin, words=words, broken=broken, doubts=tuple(doubts))

@@ -1,0 +1,268 @@
+"""What a metric, a probe or a support asks of a reference, and whether that kind of reference can tell.
+
+A theory and a model are fields of displacements, known at every point. A measured surface says where the body
+ended, and of no point where it came from. Tracked points are known where they were tracked, and nowhere else. Some
+theories know forces alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
+from softmark.interpreter.metrics.frequency import Frequency
+from softmark.interpreter.metrics.hausdorff import Hausdorff
+from softmark.interpreter.metrics.max_error import MaxError
+from softmark.interpreter.metrics.mean_error import MeanError
+from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.period import Period
+from softmark.interpreter.metrics.relative_displacement_error import EnergyNorm
+from softmark.interpreter.metrics.stress import AXES, Stress
+from softmark.interpreter.metrics.surface_distance import SurfaceDistance
+from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tip_error import TipError
+from softmark.interpreter.metrics.trajectory_error import CourseNorm
+from softmark.interpreter.metrics.value_error import ErrorOfValue
+from softmark.interpreter.metrics.volume_change import VolumeChange
+from softmark.interpreter.problem.body_case import Fault, case_for
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.probe_words import Markers, Surface, Volume
+from softmark.records import dataclass
+from softmark.references.measured_curve import CurveFromFile
+from softmark.references.published_values import GivenValues
+from softmark.references.tracked_points import TrackedPoints
+
+Known = Literal["field", "forces", "surface", "points", "curve", "value"]
+
+KNOWN = {
+    "field": "a field of displacements", "surface": "a measured surface", "points": "tracked points",
+    "forces": "a theory of forces alone", "curve": "a measured curve", "value": "a value that is given",
+}  # fmt: skip
+POINTWISE = (EnergyNorm, TipError, MaxError, MeanError)  # errors of material points
+
+
+@dataclass(frozen=True)
+class _Refusal:
+    """Why a metric has no value: where, what, the label and the remedy."""
+
+    field: str
+    message: str
+    label: str
+    help: str
+
+
+def known_of(reference: Declared) -> Known:
+    """What a reference, or a model in its place, knows."""
+    if isinstance(reference.thing, TrackedPoints):
+        return "points"
+    if isinstance(reference.thing, CurveFromFile):
+        return "curve"
+    if isinstance(reference.thing, GivenValues):
+        return "value"
+    if reference.kind == "reference" and not reference.thing.with_displacements:
+        return "forces"
+    return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
+
+
+def comparisons(scene: Scene) -> Iterator[Diagnostic]:
+    """Metrics that would have no value for anything, and what follows points that nobody tracked."""
+    for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
+        yield from _tracked(scene, declared)
+    for metric in scene.of_kind("metric").values():
+        refusal = _probe(scene, metric) or _time(scene, metric) or _reference(scene, metric) or _tensor(scene, metric)
+        if refusal is not None:
+            yield diagnostic("E509", metric.at(refusal.field), refusal.message, refusal.label, refusal.help)
+
+
+def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
+    """Probes of markers and supports that follow them need a reference of tracked points."""
+    of = declared.thing.tracked
+    if of is None or known_of(scene.declared[of]) == "points":
+        return
+    known, at = known_of(scene.declared[of]), declared.at("of")
+    does = "looks at" if declared.kind == "probe" else "follows"
+    else_ = "; to look at a surface, use `surface(...)`" if declared.kind == "probe" else ""
+    yield diagnostic("E509", at, f"`{declared.name}` {does} tracked points, and `{of}` has none",
+                     KNOWN[known], f'points that were tracked are `markers("beads.csv", ...)`{else_}')  # fmt: skip
+
+
+# ------------------------------------------------------------------ the probe and the analysis
+
+
+def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
+    """A metric of surfaces needs a surface, one of strains the volume."""
+    name = metric.thing.looked_at
+    if name is None:
+        return None
+    probe, word = scene.declared[name], metric.constructor.name
+    found = f"`{name}` is a probe `{probe.constructor.name}`"
+    body = probe.thing.body
+    if isinstance(metric.thing, StrainEnergyNorm) and not isinstance(probe.thing, Volume):
+        return _Refusal("probe", f"`{word}` integrates over the body, and {found}", "no volume",
+                        f"look at the whole body: `probe inside = volume({body})`")  # fmt: skip
+    if _needs_surface(scene, metric) and not isinstance(probe.thing, Surface):
+        return _Refusal("probe", f"`{metric.name}` needs triangles, and {found}", "no surface",
+                        f"look at the surface: `probe skin = surface({body})`"
+                        + _nearest(metric))  # fmt: skip
+    if isinstance(metric.thing, CourseNorm) and isinstance(probe.thing, Surface):
+        return _Refusal("probe", f"`{word}` follows points in time, and {found}", "keeps no history",
+                        f"follow points: `probe tip = point({body}, at = ...)`")  # fmt: skip
+    return None
+
+
+def _needs_surface(scene: Scene, metric: Declared) -> bool:
+    thing = metric.thing
+    if not isinstance(thing, SurfaceDistance):
+        return isinstance(thing, Hausdorff | VolumeChange)
+    against = scene.declared[thing.against]
+    moved = against.kind == "reference" and against.thing.registered == "icp"  # onto the triangles of the probe
+    return thing.along == "normal" or moved or known_of(against) == "field"
+
+
+def _nearest(metric: Declared) -> str:
+    normal = isinstance(metric.thing, SurfaceDistance) and metric.thing.along == "normal"
+    return ", or use `along = nearest`" if normal else ""
+
+
+def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
+    """Stress needs a model that has it, and a number that its tensor has."""
+    thing = metric.thing
+    if not isinstance(thing, OfTensors):
+        return None
+    if isinstance(thing, Stress) and thing.measure_ == "nominal" and thing.component not in AXES:
+        return _Refusal("component", f"nominal stress is no symmetric tensor: it has no `{thing.component}`",
+                        "only of `cauchy`", "use one of " + ", ".join(f"`{a}`" for a in AXES)
+                        + ", or `measure = cauchy`")  # fmt: skip
+    bodies = (None, scene.declared[thing.probe].thing.body)
+    models = [m for m in scene.of_kind("model").values() if m.value("body") in bodies]
+    laws = [_solid(scene, m).thing.stress_law for m in models]
+    past = ["" if isinstance(law, str) else _past(scene, m) for law, m in zip(laws, models, strict=True)]
+    if any(past) and all(why or isinstance(law, str) for why, law in zip(past, laws, strict=True)):
+        whose = next(why for why in past if why)
+        message = f"`{metric.name}` asks for stress or strain, and that of {whose} is not recovered to points"
+        help = "ask for what is known: `force(...)`, `displacement(...)`, and of fluid `pore_pressure(...)`"
+        return _Refusal("", message, "not known here", help)
+    if not laws or not all(isinstance(law, str) for law in laws):
+        return _right(scene, metric)
+    return _Refusal("", f"`{metric.name}` asks for stress or strain, and no model here has any: {laws[0]}",
+                    "of no model",
+                    "declare one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
+
+
+def _past(scene: Scene, model: Declared) -> str:
+    """Return the porous or viscoelastic body of a model in words, as its stress is not known at points; else ""."""
+    try:
+        case = case_for(scene, _solid(scene, model))
+    except Fault:  # which is said elsewhere
+        return ""
+    if case.porous:
+        return f"`{case.body.name}`, a porous body,"
+    return f"`{case.body.name}`, a viscoelastic body," if case.remembers else ""
+
+
+def _right(scene: Scene, metric: Declared) -> _Refusal | None:
+    """The model that is taken as right must have stress too."""
+    if (name := metric.thing.against) is None:
+        return None
+    if (right := scene.declared[name]).kind == "reference":
+        if right.thing.with_stress:
+            return None
+        return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` knows none",
+                        "of no stress", "compare with a model, or with a theory that has it: `goodier(...)`, "
+                        "`kirsch(...)`")  # fmt: skip
+    law = _solid(scene, scene.declared[name]).thing.stress_law
+    if not isinstance(law, str):
+        return None
+    return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` has none: {law}",
+                    "of no stress", "compare with a model of finite elements: `against = solid`")  # fmt: skip
+
+
+def _solid(scene: Scene, model: Declared) -> Declared:
+    """The model itself, or what it reduces."""
+    return model if model.thing.reduces is None else scene.declared[model.thing.reduces]
+
+
+def _time(scene: Scene, metric: Declared) -> _Refusal | None:
+    """What is seen in time needs a dynamic analysis, a vibration about an equilibrium a static one."""
+    moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
+    if moving and isinstance(metric.thing, Frequency):
+        help = "leave the analysis out, or ask the motion: `metric swing = period(tip, along = -z)`"
+        return _Refusal("", f"`{metric.name}` is about an equilibrium, and the analysis is dynamic", "no rest", help)
+    if moving or not isinstance(metric.thing, Period | CourseNorm):
+        return None
+    return _Refusal("", f"`{metric.name}` is about a motion, and the analysis is static", "nothing moves in time",
+                    "declare one: `analysis fall = dynamic(duration = 1 s, step = 10 ms)`")  # fmt: skip
+
+
+# ------------------------------------------------------------------ the reference
+
+
+def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
+    """A metric needs what its reference knows."""
+    name = metric.thing.measured_from
+    if name is None:
+        return None
+    reference, word = scene.declared[name], metric.constructor.name
+    known = known_of(reference)
+    if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
+        return _values(metric, name, known)
+    if isinstance(metric.thing, OfForces) and reference.kind != "model" and not reference.thing.with_forces:
+        return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
+                        "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
+    if known == "forces" and not isinstance(metric.thing, OfForces | OfCurves):
+        return _Refusal("against", f"`{word}` cannot be told from `{name}`, which is {KNOWN[known]}", KNOWN[known],
+                        "compare `force(...)` with it")  # fmt: skip
+    if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
+        return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
+                        "compare with a model of this scene")  # fmt: skip
+    if isinstance(metric.thing, OfCurves) is not (known == "curve"):
+        return _curves(metric, name, known)
+    if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
+        return _Refusal("against", f"`{word}` needs a surface, and `{name}` is tracked points", "no surface",
+                        "points are compared one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
+    if isinstance(metric.thing, StrainEnergyNorm) and known != "field":
+        return _Refusal("against", f"`{word}` needs strains, and `{name}` is {KNOWN[known]}", "no strains",
+                        "compare with a theory or with another model")  # fmt: skip
+    if isinstance(metric.thing, POINTWISE):
+        return _pointwise(scene, metric, name, known)
+    return None
+
+
+def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
+    """Curves are compared with measured curves, and nothing else is."""
+    word = metric.constructor.name
+    if known != "curve":
+        return _Refusal("against", f"`{word}` compares curves, and `{name}` is {KNOWN[known]}", "no curve",
+                        'curves that were measured are `curve("pull.csv", ...)`')  # fmt: skip
+    return _Refusal("against", f"`{word}` cannot be told from a curve, which is all that `{name}` is", "only a curve",
+                    f"compare a curve with it: `metric miss = curve_error(METRIC, against = {name})`")  # fmt: skip
+
+
+def _values(metric: Declared, name: str, known: Known) -> _Refusal:
+    """Numbers are held against values that are given, and nothing else is."""
+    word = metric.constructor.name
+    if known != "value":
+        return _Refusal("against", f"`{word}` takes a value that is given, and `{name}` is {KNOWN[known]}", "no value",
+                        "values are given as `values(53.4 mm, uncertainty = 0.05 mm, source = \"...\")`")  # fmt: skip
+    return _Refusal("against", f"`{word}` cannot be told from a value, which is all that `{name}` is", "only a value",
+                    f"hold a number against it: `metric miss = value_error(METRIC, against = {name})`")  # fmt: skip
+
+
+def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
+    """Displacements of material points: known of none on a measured surface, and of tracked points where they are."""
+    if known == "surface":
+        return _Refusal("against", f"`{metric.constructor.name}` compares displacements, and `{name}` has none",
+                        KNOWN[known], "a surface shows where the body is, and of no point where it was:"
+                        " use `surface_distance(...)`")  # fmt: skip
+    probe = scene.declared[metric.thing.probe]
+    own = isinstance(probe.thing, Markers) and probe.thing.of == name
+    if known == "points" and not own:
+        return _Refusal("probe", f"`{name}` knows the points that were tracked, and `{probe.name}` looks at others",
+                        "not known there",
+                        f"look at them: `probe beads = markers({probe.thing.body}, of = {name})`")  # fmt: skip
+    return None

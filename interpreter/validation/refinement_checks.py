@@ -1,0 +1,214 @@
+"""References that are the scene's own models refined: what they need of a scene, and what they will do.
+
+The solving and the numbers are in extrapolation.py; nothing here needs an array.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for
+from softmark.interpreter.problem.conforming_mesh import Cuts
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.references.convergence_orders import unlike
+from softmark.references.self_converged import SelfConverged
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Shape
+
+LEAST = 3  # sizes: two tell no order
+PARTS = 6  # of the largest size that meshes of a shape have: one is the first of those that are proposed
+RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 of the procedure)
+
+
+@dataclass(frozen=True)
+class Method:
+    """One model of a family: how it is declared, and its case."""
+
+    declared: Declared
+    case: Case
+
+    @property
+    def formal(self) -> int:
+        """The order in displacements that theory gives its element where the solution is smooth."""
+        order: int = self.declared.thing.order
+        return order
+
+    def at(self, size: float) -> Declared:
+        """The same model with another size."""
+        return replace(self.declared, thing=replace(self.declared.thing, size=size))
+
+
+def methods_of(scene: Scene, reference: Declared) -> list[Method]:
+    """The models that a reference refines. Raises Fault for one of an unclear body."""
+    found = (scene.declared[name] for name in reference.thing.methods)
+    return [Method(declared, case_for(scene, declared)) for declared in found]
+
+
+# ------------------------------------------------------------------ what speaks against it
+
+
+def doubts(scene: Scene) -> Iterator[Diagnostic]:
+    """Errors of every such reference of a scene."""
+    for reference in scene.of_kind("reference").values():
+        if isinstance(reference.thing, SelfConverged):
+            sizes = list(_sizes(reference))
+            found = sizes + list(_methods(scene, reference, well_sized=not sizes))
+            with suppress(Fault):  # a model whose body is not clear is told so itself
+                yield from found or _warnings(scene, reference)
+
+
+def _sizes(reference: Declared) -> Iterator[Diagnostic]:
+    sizes = reference.thing.sizes
+    if sizes.dimension != units.LENGTH:
+        given = units.named(sizes.dimension)
+        yield diagnostic("E204", reference.at("sizes"), f"expected a length, found {given}", given,
+                         "sizes of cells are lengths, such as `[12, 9, 6] mm`")  # fmt: skip
+    elif len(sizes.values) < LEAST:
+        count = f"{len(sizes.values)} size" + ("" if len(sizes.values) == 1 else "s")
+        yield diagnostic("E531", reference.at("sizes"),
+                         f"`{reference.name}` has {count}, and an order of convergence needs three",
+                         "too few", "add a finer one, such as half the finest")  # fmt: skip
+    elif any(b >= a for a, b in pairwise(sizes.values)) or min(sizes.values) <= 0:
+        yield diagnostic("E531", reference.at("sizes"),
+                         f"the sizes of `{reference.name}` do not go from coarse to fine",
+                         "not decreasing", "write the largest first, such as `[12, 9, 6] mm`")  # fmt: skip
+
+
+def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Diagnostic]:
+    if len(reference.thing.methods) < 2:
+        yield diagnostic("E531", reference.at("methods"),
+                         f"`{reference.name}` refines one model only", "nothing to compare with",
+                         "name two that share no element and integration, so that each checks the other")  # fmt: skip
+        return
+    seen: dict[tuple[str, str], Declared] = {}
+    for name in reference.thing.methods:
+        declared = scene.declared[name]
+        found = _unfit(scene, reference, declared)
+        if found is None:
+            first = seen.setdefault((declared.thing.element, declared.thing.integration), declared)
+            found = _alike(reference, declared, first, next(iter(seen.values())))
+        if found is None and well_sized:
+            found = _too_fine(scene, reference, declared)
+        if found is not None:
+            yield found
+
+
+def _unfit(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
+    """Why a model alone cannot be refined, if it cannot."""
+    name, thing = declared.name, declared.thing
+    problem = label = help = ""
+    if not isinstance(thing, Fem):
+        problem = f"`{name}` is {declared.constructor.name}, and not finite elements with a `size`"
+        label, help = "not refined to the solid", "its limit is another theory's; name `fem(...)` models"
+    elif thing.size is None:
+        problem, label = f"`{name}` has a mesh of its own, and no `size` to refine", "cannot be refined"
+        help = "give the model a `size` in place of its mesh"
+    elif thing.mass == "uniform":
+        problem, label = f"`{name}` puts the same mass on every node, which has no limit", "no limit"
+        help = "use `mass = consistent` or `mass = lumped`"
+    elif any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()):
+        problem, label = f"`{reference.name}` knows the state of rest, and no motion", "a dynamic analysis"
+        help = "refine the step and the mesh by a study, or leave the analysis static"
+    if problem:
+        return diagnostic("E531", reference.at("methods"), problem, label, help)
+    return _elsewhere(scene, reference, declared)
+
+
+def _elsewhere(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
+    """A model of another body."""
+    try:
+        own, theirs = body_of(scene, reference), body_of(scene, declared)
+    except Fault:  # said elsewhere
+        return None
+    if own == theirs:
+        return None
+    return diagnostic("E505", reference.at("methods"),
+                      f"`{reference.name}` is about `{own}`, and `{declared.name}` about `{theirs}`",
+                      "different bodies", "name models of one body")  # fmt: skip
+
+
+def _alike(reference: Declared, declared: Declared, twin: Declared, first: Declared) -> Diagnostic | None:
+    """Two models that share their errors, or that do not have one limit."""
+    mine, theirs = declared.thing, first.thing
+    if twin is not declared:
+        both = f"`{twin.name}` and `{declared.name}`"
+        return diagnostic("E531", reference.at("methods"),
+                          f"{both} have the same element and integration", "share their errors",
+                          "take another element, or hex8 with `integration = selective`")  # fmt: skip
+    for field in ("strain", "material"):
+        if getattr(mine, field) != getattr(theirs, field):
+            return diagnostic("E531", reference.at("methods"),
+                              f"`{first.name}` and `{declared.name}` differ in `{field}`",
+                              "different limits", "the limit of refinement is one only for one problem")  # fmt: skip
+    return None
+
+
+def _too_fine(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
+    """A finest mesh that does not fit in memory."""
+    try:
+        case = case_for(scene, declared)
+    except Fault:
+        return None
+    finest = Method(declared, case).at(reference.thing.sizes.values[-1])
+    found: Diagnostic | None = finest.thing.coarse(finest, case)
+    if found is None or found.code != "E304":
+        return None
+    at = reference.at("sizes")
+    return replace(found, source=at.source, span=at.span)
+
+
+# ------------------------------------------------------------------ what makes it of little use
+
+
+def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
+    """Why meshes of a shape at these sizes cannot be extrapolated, if they cannot: not similar, or hardly finer."""
+    found = [shape.counts(size, cuts) for size in sizes[-LEAST:]]
+    counts = [own for own in found if own is not None]
+    if len(counts) < len(found):
+        return None
+    means = [math.prod(own) ** (1 / len(own)) for own in counts]
+    ratio, place = min((b / a, i) for i, (a, b) in enumerate(pairwise(means)))
+    if ratio >= 0.98 * RATIO:
+        return unlike(counts)
+    a, b = (units.show(size, units.LENGTH) for size in sizes[-LEAST:][place : place + 2])
+    return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, and an order needs {RATIO:g} times"
+
+
+def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
+    """Meshes that tell no order, and methods that share what is wrong with them."""
+    methods = methods_of(scene, reference)
+    first, sizes = methods[0], reference.thing.sizes.values
+    shape, cuts = first.case.shape, first.declared.thing.cuts(first.case)
+    if (why := uneven(shape, sizes, cuts)) is not None:
+        at = reference.at("sizes")
+        yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",
+                         "nothing is extrapolated", _better(shape, cuts), (why,))  # fmt: skip
+    nu = first.case.largest_poisson
+    if all(own.declared.thing.locks_at(nu) for own in methods):
+        at = reference.at("methods")
+        yield diagnostic("W333", at, f"all methods of `{reference.name}` lock at a Poisson's ratio of {nu:g}",
+                         "may agree and be too stiff",
+                         "take one that does not: tet10, or hex8 with `integration = selective` or "
+                         "`formulation = mean_dilatation`")  # fmt: skip
+
+
+def _better(shape: Shape, cuts: Cuts) -> str:
+    """Sizes that give similar meshes, if some are known."""
+    largest = shape.even or 0.0
+    for part in range(1, PARTS + 1) if largest else ():
+        sizes = tuple(float(f"{largest / part / k:.5g}") for k in (1, 2, 3))
+        if uneven(shape, sizes, cuts) is None:
+            return f"take sizes that give similar meshes, such as {units.show_all(sizes, units.LENGTH)}"
+    return "take sizes of which each is half the one before, and that divide the body in whole cells"

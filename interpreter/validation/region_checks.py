@@ -1,0 +1,95 @@
+"""What cannot be of regions, as far as it is known without building anything."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.problem.body_case import Fault, case_for, case_of
+from softmark.interpreter.problem.material_layers import common, overlap, unordered
+from softmark.solvers.mesh.shape import Prism
+
+SELECT = ("region", "support", "load", "probe")  # kinds whose declarations have a `where`
+
+
+def foreign(scene: Scene) -> Iterator[Diagnostic]:
+    """Regions of one body that are used for another."""
+    for declared in (d for kind in SELECT for d in scene.of_kind(kind).values()):
+        used = [("over", name) for name in declared.value("over") or ()]
+        where, body = declared.value("where"), declared.value("body")
+        used += [("where", name) for name in (where.regions if where is not None else ())]
+        for field, name in used:
+            owner = scene.declared[name].thing.body
+            if body is None or owner == body:
+                continue
+            problem = f"`{name}` is a region of `{owner}`, and `{declared.name}` is about `{body}`"
+            yield diagnostic("E591", declared.at(field), problem, "of another body",
+                             f"declare one of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
+
+
+def unnamed(scene: Scene) -> Iterator[Diagnostic]:
+    """Groups of a mesh file, of a body that has none."""
+    for region in scene.of_kind("region").values():
+        body = scene.declared.get(region.thing.body)
+        if region.thing.group is not None and body is not None and not body.thing.shape.prebuilt:
+            yield diagnostic("E324", region.at("name"),
+                             f"`{body.name}` has no group `{region.thing.group}`: its mesh is made, not read",
+                             "no file names it",
+                             f"select by coordinates, `region {region.name} = part({body.name}, where = ...)`, or take "
+                             "the body's shape from a `mesh(...)`")  # fmt: skip
+
+
+def idle(scene: Scene) -> Iterator[Diagnostic]:
+    """An order of regions that says nothing, since one of them has no material of its own."""
+    for region in scene.of_kind("region").values():
+        for name in region.thing.over:
+            lacking = region.name if region.thing.material is None else name
+            if scene.declared[lacking].thing.material is None:
+                yield diagnostic("W392", region.at("over"), f"`over` orders materials, and `{lacking}` has none",
+                                 "says nothing",
+                                 f"give `{lacking}` a `material`, or leave `over` out")  # fmt: skip
+
+
+def overlaps(scene: Scene) -> Iterator[Diagnostic]:
+    """Parts of different materials of which some box lies in both."""
+    for body in scene.of_kind("body"):
+        case = case_of(scene, body)
+        shape = case.shape
+        if not isinstance(shape, Prism):  # what lies outside of it is known when it is built
+            continue
+        for a, b in unordered(case):
+            at = common(a.thing.where, b.thing.where, *shape.bounds)
+            if at is not None and shape.contains(at):
+                yield overlap(a, b, f"both hold at {units.show_all(at, units.LENGTH)}").diagnostic
+
+
+def untaken(scene: Scene) -> Iterator[Diagnostic]:
+    """Models that know one material for a body of several, or are given another in place of all."""
+    for model in scene.asked("model").values():
+        try:
+            case = case_for(scene, model)
+        except Fault:
+            continue
+        if not case.parts:
+            continue
+        names = ", ".join(f"`{part.name}`" for part in case.parts)
+        if not model.thing.composite:
+            yield diagnostic("E593", model.at(),
+                             f"`{model.name}` knows one material, and `{case.body.name}` has parts of others: {names}",
+                             "one material only",
+                             "use `fem(...)` in full, or leave out the `material` of the regions")  # fmt: skip
+        elif (
+            "mass" in model.fields
+            and str(model.value("mass")) == "uniform"
+            and len({m.density for m in case.materials}) > 1
+        ):
+            yield diagnostic("E593", model.at("mass"), f"`{model.name}` gives every node the same mass, and the parts"
+                             f" of `{case.body.name}` differ in density: {names}", "one density only",
+                             "use `mass = lumped` or `consistent`")  # fmt: skip
+        elif model.thing.other_material is not None:
+            yield diagnostic("E593", model.at("material"), f"`{model.name}` takes a material in place of that of"
+                             f" `{case.body.name}`, which has parts of others: {names}", "in place of which?",
+                             "leave `material` out, and vary the materials of the scene")  # fmt: skip

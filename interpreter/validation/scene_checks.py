@@ -1,0 +1,500 @@
+"""What cannot be in a compiled scene, as far as that is known without building anything; value_warnings.py has doubts.
+
+To add a check: a function that yields diagnostics, a line in LOCAL, or in WHOLE if it needs all declarations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Location, Scene, rigid
+from softmark.interpreter.language.compiler import recompiled
+from softmark.interpreter.language.coordinate_conditions import Point
+from softmark.interpreter.language.expectation_conditions import metrics_in
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.message_limit import shortened
+from softmark.interpreter.language.parameter_overrides import Override
+from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.models.shared.perturbed_start import doubts as disturbed
+from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, reach
+from softmark.interpreter.problem.symmetry_planes import plane_fault, point_doubt, pull_fault, start_fault
+from softmark.interpreter.problem.theory_problems import problem_of
+from softmark.interpreter.validation import file_and_selection_checks as given
+from softmark.interpreter.validation import plane_body_checks, state_checks, value_warnings
+from softmark.interpreter.validation.amplitude_resolution import unresolved
+from softmark.interpreter.validation.dynamic_contact_checks import asked
+from softmark.interpreter.validation.reference_checks import comparisons
+from softmark.interpreter.validation.refinement_checks import doubts as doubts_of_refined
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+from softmark.interpreter.vocabulary.probe_words import Nodes
+from softmark.interpreter.vocabulary.support_words import Symmetric
+from softmark.references.measured_curve import CurveFromFile
+from softmark.references.published_values import GivenValues
+
+
+def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
+    """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
+    found: list[Diagnostic] = [*state_checks.faults(scene), *_given_values(scene)] if complete else []
+    where = state_checks.widest(scene)
+    for test in LOCAL + (WHOLE if complete else ()):
+        found += test(where, found)
+    if where is not scene and complete:
+        found += given.tables(scene)
+    return shortened(list(dict.fromkeys(found)))
+
+
+Found = list[Diagnostic]  # by the checks before
+
+
+def _blamed(declared: Declared, found: Found) -> bool:
+    """Whether a declaration is in error already, so that what follows from it is not worth saying."""
+    return any(d.severity == "error" and declared.contains(d) for d in found)
+
+
+# ------------------------------------------------------------------ declarations one by one
+
+
+def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for extra in list(scene.of_kind("analysis").values())[1:]:
+        yield diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
+                         "the second analysis",
+                         "keep one, and write another scene for the other")  # fmt: skip
+
+
+def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
+    everywhere: dict[str, list[Declared]] = {}
+    for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
+        condition = declared.value("where")
+        body = scene.declared.get(declared.value("body") or "")
+        if condition is None or body is None or rigid(body) or body.thing.shape.bounds is None:
+            continue
+        if declared.kind == "load" and "where" not in declared.fields:  # all of a rigid body alone
+            yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete",
+                             "which part of its surface, by coordinates before deformation")  # fmt: skip
+            continue
+        low, high = body.thing.shape.bounds
+        false, true = condition.over(low, high)
+        if not true:
+            yield diagnostic("E302", declared.at("where"),
+                             f"`{declared.name}` selects no part of `{body.name}`", "selects nothing",
+                             f"the body spans {reach(low, high)}")  # fmt: skip
+        elif not false and declared.kind == "support":
+            everywhere.setdefault(body.name, []).append(declared)
+    for name, supports in everywhere.items():
+        if len({c for support in supports for c in support.thing.components}) == 3:
+            last = supports[-1]
+            help = "nothing would be left to deform: select a part of the body, or leave components free"
+            problem = f"`{last.name}` selects all of `{name}`"
+            yield diagnostic("E303", last.at("where"), problem, "selects everything", help)
+
+
+def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Shapes whose fields do not go together."""
+    for body in (*scene.of_kind("body").values(), *scene.of_kind("rigid").values()):
+        problem = body.thing.shape.fault
+        if problem:
+            at = body.at("region" if body.thing.planar else "shape")
+            yield diagnostic("E581", at, f"`{body.name}` has a shape that no body has: {problem}", "no such shape")
+        elif not body.thing.shape.meshed and not body.thing.planar and body.value("material") is not None:
+            yield diagnostic("E610", body.at("shape"), f"`{body.name}` deforms, and no cells are made of its shape",
+                             "a shape of rigid bodies alone",
+                             "take a `box`, `cylinder`, `cone` or another that has a mesh; an instrument that does not "
+                             "deform is `rigid(...)`, without a material")  # fmt: skip
+
+
+def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Plane regions and plane bodies, and what acts across their plane."""
+    yield from plane_body_checks.shapes(scene)
+    yield from plane_body_checks.selecting(scene)
+    yield from plane_body_checks.acting(scene)
+
+
+def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Supports of symmetry that are about no plane, or whose plane the body goes through."""
+    for support in scene.of_kind("support").values():
+        body = scene.declared.get(support.value("body") or "")
+        if isinstance(support.thing, Symmetric) and body is not None and not _blamed(support, found):
+            fault = plane_fault(support, body.name, body.thing.shape.bounds)
+            if fault is not None:
+                yield fault
+            for analysis in scene.of_kind("analysis").values():
+                if (fault := start_fault(support, analysis)) is not None:
+                    yield fault
+            for load in scene.acting("load", body.name):
+                if (fault := pull_fault(support, load)) is not None:
+                    yield fault
+                if (doubt := point_doubt(support, load, body.thing.shape.bounds)) is not None:
+                    yield doubt
+
+
+def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Probes and point forces outside their body."""
+    for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
+        points = _points(scene, declared)
+        if not points:
+            continue
+        body = scene.declared[declared.thing.body]
+        if body.thing.shape.fault or not body.thing.shape.meshed:
+            continue
+        shape = body.thing.shape
+        outside = {field: point for field, point in reversed(points) if not shape.contains(point)}
+        bare: str | None = ""
+        if outside and all(map(shape.hollow_at, outside.values())):
+            from softmark.interpreter.validation.hollow_section_checks import refusal
+
+            bare = refusal(scene, declared)
+        for field, point in reversed(outside.items()) if bare is not None else ():
+            does = "acts at" if declared.kind == "load" else "looks at"
+            where = units.show_all(point, units.LENGTH)
+            spans = reach(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
+            problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
+            remedy = bare or f"the body spans {spans}"
+            yield diagnostic("E504", declared.at(field), problem, "not in the body", remedy)
+
+
+def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
+    """The fields that give points, and those that decide for all: in a convex body, the ends of a line."""
+    if declared.kind == "load":
+        action = declared.thing.action
+        line = [("from", action.begin), ("to", action.end)] if isinstance(action, PerLength) else []
+        return [("at", action.at)] if isinstance(action, AtPoint) else line
+    stations, ends = declared.thing.stations or (), declared.thing.ends
+    if ends is None:
+        return [("at", point) for point in stations]
+    named = list(zip(("from", "to"), ends, strict=True))
+    convex = scene.declared[declared.thing.body].thing.shape.convex
+    return named if convex else [*named, *(("to", point) for point in stations[1:-1])]
+
+
+def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Probes of the nodes of a shape that has none."""
+    for probe in scene.of_kind("probe").values():
+        if isinstance(probe.thing, Nodes) and not probe.thing.mesh.prebuilt:
+            yield diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
+                             "not a mesh", 'name a file: `mesh = mesh("file.msh", unit = 1 mm)`')  # fmt: skip
+
+
+# ------------------------------------------------------------------ what hangs together
+
+
+def _bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Models and references whose body is not clear."""
+    for declared in _workers(scene):
+        try:
+            body_of(scene, declared)
+        except Fault as unclear:
+            yield unclear.diagnostic
+
+
+def _workers(scene: Scene) -> list[Declared]:
+    return [*scene.asked("model").values(), *scene.of_kind("reference").values()]
+
+
+def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
+    """Models or references with their cases, those without a clear body of a possible shape left out."""
+    for declared in scene.asked(kind).values():
+        try:
+            case = case_for(scene, declared)
+        except Fault:
+            continue
+        if not case.shape.fault:  # which is reported of the body
+            yield declared, case
+
+
+def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
+    loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.contacts)}
+    for case in loose.values():
+        body = case.body.name
+        remedy = f"hold a part of it: `support wall = fixed({body}, where = x <= 0 mm)`"
+        problem = f"nothing holds `{body}`: it is free to move and turn"
+        yield diagnostic("E306", case.body.at(), problem, "no support", remedy)
+
+
+def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
+    if any(_blamed(contact, found) for contact in scene.of_kind("contact").values()):
+        return  # of which it is not known what they would do
+    asked = (metric.thing for metric in scene.of_kind("metric").values())
+    ringing = {thing.concerned for thing in asked if not isinstance(thing, OfForces)}
+    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
+    still = {case.body.name: case for case in cases if case.body.name not in ringing}
+    for case in still.values():
+        body = case.body.name
+        yield diagnostic("W313", case.body.at(), f"nothing loads `{body}`: it stays at rest", "no load",
+                         "declare one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
+
+
+def _driven(case: Case) -> bool:
+    moved = any(support.thing.moves for support in (*case.supports, *case.drains))
+    away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
+    moved |= any(touch.driven for touch in case.contacts)
+    return moved or away or isinstance(case.analysis, Dynamic)  # which may start with a velocity
+
+
+def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Paths of equilibria lead to motions that a reduced model does not know."""
+    for model, case in _cases(scene, "model"):
+        if case.analysis.path == "arc_length" and model.thing.reduces is not None:
+            problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
+            yield diagnostic("E541", model.at(), problem, "not along a path",
+                             f"follow the path of `{model.thing.reduces}`, or use `path = load`")  # fmt: skip
+
+
+def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Doubts of models; what holds for several is said once."""
+    first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
+    for model, case in _cases(scene, "model"):
+        if not case.shape.meshed or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
+            continue  # of what is no body, no more is said
+        whole = () if model.thing.read else (plane_body_checks.model, _wired, _with_fibres)
+        unfit = [doubt for of in whole for doubt in of(model, case)]
+        yield from unfit
+        if unfit:
+            continue
+        blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
+        for doubt in (*model.thing.doubts(model, case), *disturbed(scene, model, case), *_in_scene(scene, model, case)):
+            if any(d.contains(doubt) for d in blamed):
+                continue
+            key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
+            first.setdefault(key, (doubt, []))[1].append(model.name)
+    for doubt, names in first.values():
+        others = ", ".join(f"`{n}`" for n in names[1:])
+        alone = not others or f"`{names[0]}`" not in doubt.message
+        yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same holds for {others}"))
+
+
+def _wired(worker: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Of a network and a model or reference of other bodies."""
+    if case.shape.wired and not getattr(worker.thing, "wired", False):
+        from softmark.interpreter.validation import frame_checks
+
+        yield from (frame_checks.model if worker.kind == "model" else frame_checks.reference)(worker, case)
+
+
+def _with_fibres(model: Declared, case: Case) -> Iterator[Diagnostic]:
+    """Of a material that knows directions, and a model that does not."""
+    if any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material)):
+        from softmark.interpreter.problem import anisotropy_limits
+
+        yield from anisotropy_limits.model(model, case)
+
+
+def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
+    """Doubts of a model that must know the scene: what it is fitted to."""
+    doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
+    return doubts
+
+
+def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for reference, case in _cases(scene, "reference"):
+        if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
+            continue
+        if case.shape.wired and not reference.thing.wired:
+            yield from _wired(reference, case)
+            continue
+        loose = not case.supports and _blamed(case.body, found)
+        if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
+            continue
+        try:
+            problem_of(reference, case)
+        except Fault as refused:
+            yield refused.diagnostic
+
+
+def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """A metric compares its probe with a reference of the same body; some are not of plane bodies."""
+    yield from plane_body_checks.metrics(scene)
+    yield from asked(scene)
+    if any(body.thing.shape.wired for body in scene.of_kind("body").values()):
+        from softmark.interpreter.validation import frame_checks
+
+        yield from frame_checks.seen(scene)
+    for metric in scene.of_kind("metric").values():
+        against = metric.thing.measured_from
+        if against is None:
+            continue
+        looked, known = _looks_at(scene, metric.name), _body(scene, against)
+        if None not in (looked, known) and looked != known:
+            yield diagnostic("E505", metric.at("against"),
+                             f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
+                             "different bodies", "use a probe and a reference of the same body")  # fmt: skip
+
+
+def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Fluid where there is none: nothing is imported for scenes without any."""
+    words = ("drained", "pore_pressure", "outflow")
+    if any(d.constructor.name in words for kind in ("support", "metric") for d in scene.of_kind(kind).values()):
+        from softmark.interpreter.validation import fluid_checks
+
+        yield from fluid_checks.metrics(scene)
+
+
+def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """An expectation takes a metric of a model or reference of the same body."""
+    for expectation in scene.expectations:
+        for name in metrics_in(expectation.node):
+            if name.text in scene.parameters:
+                continue
+            owner, metric = name.parts
+            looked, known = _looks_at(scene, metric), _body(scene, owner)
+            if None not in (looked, known) and looked != known:
+                at = Location(expectation.location.source, name.span)
+                problem = f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`"
+                remedy = "use a metric whose probe is of the same body"
+                yield diagnostic("E505", at, problem, "different bodies", remedy)
+
+
+def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """A published column has one value for each model, of the dimension of its metric."""
+    for column in scene.of_kind("published").values():
+        thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
+        due = units.parse(unit).dimension
+        if len(thing.of) != len(thing.values.values):
+            models, values = _count(len(thing.of), "model"), _count(len(thing.values.values), "value")
+            yield diagnostic("E506", column.at("values"), f"`{column.name}` has {models} and {values}",
+                             "not one for each", "give as many values as models, in the same order")  # fmt: skip
+        elif thing.values.dimension != due:
+            name, given = units.named(due), units.named(thing.values.dimension)
+            yield diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
+                             f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s")
+
+
+def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from comparisons(scene)
+
+
+def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Measured curves, and what is compared with them."""
+    loops = any(m.thing.of_all_states for m in scene.of_kind("metric").values())
+    if loops or any(isinstance(d.thing, CurveFromFile) for d in scene.of_kind("reference").values()):
+        from softmark.interpreter.validation import curve_checks
+
+        yield from curve_checks.faults(scene, found)
+
+
+def _given_values(scene: Scene) -> Iterator[Diagnostic]:
+    """Values that a scene gives for all its states, and what is held against them."""
+    if any(isinstance(d.thing, GivenValues) for d in scene.of_kind("reference").values()):
+        from softmark.interpreter.validation import value_checks
+
+        yield from value_checks.faults(scene)
+
+
+def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from doubts_of_refined(scene)
+
+
+def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """In a dynamic analysis, all supports of a body that move share one course, and steps show every course."""
+    moved: dict[str, Declared] = {}
+    analyses = list(scene.of_kind("analysis").values())
+    for support in scene.of_kind("support").values():
+        if not analyses or not isinstance(analyses[0].thing, Dynamic):
+            continue
+        if not support.thing.moves or support.thing.tracked is not None:
+            continue
+        first = moved.setdefault(support.thing.body, support)
+        if first.thing.course != support.thing.course:
+            yield diagnostic("E501", support.at("course"),
+                             f"`{support.name}` and `{first.name}` move by different courses",
+                             "another course", "all supports that move share one course")  # fmt: skip
+    yield from unresolved(scene)
+
+
+def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("contact") or scene.of_kind("rigid"):
+        from softmark.interpreter.validation import contact_checks
+
+        yield from contact_checks.faults(scene)
+
+
+def _touched(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("contact") or scene.of_kind("rigid"):
+        from softmark.interpreter.validation import dynamic_contact_checks, free_body_checks, friction_checks
+
+        for checks in (free_body_checks, dynamic_contact_checks, friction_checks):
+            yield from checks.faults(scene)
+
+
+def _looks_at(scene: Scene, metric: str) -> str | None:
+    """The body whose points a metric compares."""
+    body: str | None = scene.declared[metric].thing.body_in(scene)
+    return body
+
+
+def _body(scene: Scene, worker: str) -> str | None:
+    try:
+        return body_of(scene, scene.declared[worker])
+    except Fault:
+        return None
+
+
+def _lints(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    for lint in value_warnings.LINTS:
+        yield from lint(scene)
+
+
+def _given(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    yield from given.faults(scene, found)
+
+
+def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    if scene.of_kind("region"):
+        from softmark.interpreter.validation import region_checks
+
+        named = (region_checks.foreign, region_checks.unnamed, region_checks.idle)
+        for ask in (*named, region_checks.overlaps, region_checks.untaken):
+            yield from ask(scene)
+
+
+def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Materials that vary in space: nothing is imported for scenes without any."""
+    if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
+        from softmark.interpreter.problem import heterogeneity_limits
+
+        for ask in (heterogeneity_limits.unsound, heterogeneity_limits.untaken):
+            yield from ask(scene)
+
+
+def _directed(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Materials that know directions: nothing is imported for scenes without any."""
+    if any(getattr(declared.thing, "directed", False) for declared in scene.of_kind("material").values()):
+        from softmark.interpreter.problem import anisotropy_limits
+
+        yield from anisotropy_limits.materials(scene)
+
+
+def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """What nothing asks for; not worth saying while something else is wrong."""
+    if not any(d.severity == "error" for d in found):
+        yield from value_warnings.idle(scene)
+        yield from value_warnings.unused(scene)
+
+
+Check = Callable[[Scene, Found], Iterator[Diagnostic]]
+LOCAL: tuple[Check, ...] = (
+    _one_analysis, _shapes, _contacts, _plane, _symmetric, _selections, _places, _meshes, _lints,
+)  # fmt: skip
+WHOLE: tuple[Check, ...] = (
+    _touched, _bodies, _regions, _directed, _graded, _given, _held, _loaded, _paths, _models, _references, _refined,
+    _metrics, _fluid, _comparisons, _curves, _courses, _published, _expectations, _use,
+)  # fmt: skip
+
+
+def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
+    other, diagnostics = recompiled(scene, more)
+    if check not in other.known:
+        complete = not any(d.severity == "error" for d in diagnostics)
+        other.known[check] = check(other, complete)
+    return other, diagnostics + other.known[check]

@@ -1,0 +1,44 @@
+"""From the text of a scene to a scene that can be run, and all that is to be said about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from softmark.grammar.diagnostic import Diagnostic, Source
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.interpreter.validation.requested_names import needed
+from softmark.interpreter.validation.scene_checks import check
+
+
+def checked(
+    source: Source,
+    folder: Path,
+    file: Path | None,
+    overrides: Sequence[str] = (),
+    only: Sequence[str] = (),
+    plugins: Sequence[str] = (),
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The scene, None if it has errors, and all diagnostics about it; `only` are the models that are asked for.
+
+    What other models cannot do is no error then, but for those that these are made from. `plugins` are files, or names
+    of installed ones, that it may take words of.
+    """
+    scene, diagnostics = compiled(source, folder, file, overrides, plugins)
+    return looked_at(scene, diagnostics, only)
+
+
+def looked_at(
+    scene: Scene, diagnostics: list[Diagnostic], only: Sequence[str] = ()
+) -> tuple[Scene | None, list[Diagnostic]]:
+    """The same of a scene that is compiled, with what was found then; the list grows by what is found here."""
+    scene = replace(scene, chosen=needed(scene, only))
+    complete = not any(d.severity == "error" for d in diagnostics)
+    diagnostics += check(scene, complete)
+    if scene.of_kind("study") and not any(d.severity == "error" for d in diagnostics):
+        from softmark.interpreter.validation import sweep_checks
+
+        diagnostics += dict.fromkeys(sweep_checks.check(scene))
+    return (None if any(d.severity == "error" for d in diagnostics) else scene), diagnostics

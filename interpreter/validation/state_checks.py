@@ -1,0 +1,258 @@
+"""What a scene says of the states of its analysis, and whether it hangs together: courses, references, fits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.scene_states import acting, in_state, states_of
+from softmark.interpreter.problem.amplitude_tables import table_fault
+from softmark.interpreter.results.state_results import Moment, percent
+from softmark.interpreter.vocabulary.amplitude_words import Sine, State, Table
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.references.measured_curve import CurveFromFile
+from softmark.references.measured_data import Unreadable
+from softmark.references.published_values import GivenValues
+from softmark.references.tracked_points import TrackedPoints
+
+SHORTEST = 0.5  # of their length: what `active_strain` takes
+MOST = 1000  # states of one analysis
+STEPS = 100_000  # of one quasistatic analysis
+BEYOND = 1e-9  # of its duration: what is as near to its end is at its end
+SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
+
+
+def widest(scene: Scene) -> Scene:
+    """The scene in the state in which most is asked of it: what is wrong with sizes is wrong there.
+
+    Of one without states, loads and supports that ask for some act in full.
+    """
+    states = states_of(scene)
+    if states:
+        sizes = [_driven_by(scene, state) for state in states]
+        return in_state(scene, sizes.index(max(sizes)))
+    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven(scene) if d.kind != "material"}
+    return replace(scene, declared={**scene.declared, **full}) if full else scene
+
+
+def _driven_by(scene: Scene, state: float) -> float:
+    """How far a state drives loads and supports: at a time, the largest share that a course has reached."""
+    if not isinstance(state, Moment):
+        return abs(state)
+    moved = (d.thing.course for d in acting(scene))
+    courses = (c for c in moved if c is not None and not isinstance(c, State))
+    try:
+        return max((abs(c.at(state)) for c in courses), default=1.0)
+    except Unreadable:  # a table, of which more is said elsewhere
+        return 0.0
+
+
+def _timed(scene: Scene) -> bool:
+    """Whether its states are times."""
+    return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
+
+
+def _driven(scene: Scene) -> list[Declared]:
+    """Those with the course of a state."""
+    return [d for d in acting(scene) if isinstance(d.thing.course, State)]
+
+
+def faults(scene: Scene) -> Iterator[Diagnostic]:
+    """Errors and warnings about states; of a scene that has none, courses and references that ask for some."""
+    states = states_of(scene)
+    if scene.of_kind("contact"):
+        from softmark.interpreter.validation.friction_checks import turned
+
+        yield from turned(scene)
+    yield from _number(scene, states)
+    yield from _muscles(scene, states)
+    yield from _loops(scene, states)
+    if scene.of_kind("contact"):
+        from softmark.interpreter.validation import friction_checks
+
+        yield from friction_checks.turned(scene)
+    driven = _driven(scene)
+    tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
+    if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
+        return
+    if not states:
+        moving = any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values())
+        yield from (_without(d, "course", "has the course of a state", moving) for d in driven)
+        yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
+        return
+    if _timed(scene):
+        yield from _times(scene, states)
+        yield from (_without(d, "course", "has the course of a state", True) for d in driven)
+    yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
+    if len(states) > 1:
+        yield from (_of_one(r) for r in scene.of_kind("reference").values() if _measured_once(r))
+        yield from (_fitted(m) for m in scene.asked("model").values() if _is_fitted(m))
+        if not driven and not tables and not _timed(scene):
+            yield _alike(scene)
+
+
+def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Of tensions whose course turns them around: they push then. Of fibres that it makes shorter than they may be."""
+    for muscle in scene.of_kind("material").values():
+        course = getattr(muscle.thing, "course", None)
+        if course is None:
+            continue
+        least, most = _reached(scene, course, states)
+        if muscle.thing.pulls:
+            if least < 0.0:
+                yield diagnostic("W398", muscle.at("course"), f"`{muscle.name}` pushes in a part of its course",
+                                 f"down to {100.0 * least:.3g} % of its tension", "muscle pulls, or does nothing: use a"
+                                 " course that does not change its sign")  # fmt: skip
+        elif isinstance(s := muscle.thing.shortening, float) and max(abs(least * s), abs(most * s)) > SHORTEST:
+            yield diagnostic("E379", muscle.at("course"), f"`{muscle.name}` shortens beyond its range in a part of its"
+                             " course", f"from {100.0 * least:.3g} to {100.0 * most:.3g} % of {100.0 * s:.3g} %",
+                             f"fibres shorten or lengthen by {100.0 * SHORTEST:g} % at most: use smaller shares"
+                             )  # fmt: skip
+
+
+def _reached(scene: Scene, course: Any, states: tuple[float, ...]) -> tuple[float, float]:
+    """The least and the largest share of a course in an analysis, 0 among them; of a table that cannot be read, 0."""
+    if isinstance(course, State):
+        return min(states, default=0.0), max(states, default=0.0)
+    if isinstance(course, Sine):
+        swings = course.frequency * max(
+            (getattr(a.thing, "duration", 0.0) for a in scene.of_kind("analysis").values()), default=0.0
+        )
+        ends = math.sin(2.0 * math.pi * swings)
+        return (-1.0 if swings >= 0.75 else min(0.0, ends)), (1.0 if swings >= 0.25 else max(0.0, ends))
+    try:
+        return (min(course.rows[1]), max(course.rows[1])) if isinstance(course, Table) else (0.0, 1.0)
+    except Unreadable:
+        return 0.0, 0.0
+
+
+def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Lists without a state, or with more than a run can hold."""
+    for analysis in scene.of_kind("analysis").values():
+        given = analysis.value("times" if _timed(scene) else "states")
+        if given is not None and not given.values:
+            field, one = ("times", "time") if _timed(scene) else ("states", "state")
+            yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without a {one}",
+                             "an empty list", f"give it some: {SOME}; or leave `{field}` out")  # fmt: skip
+    if len(states) > MOST:
+        analysis = next(iter(scene.of_kind("analysis").values()))
+        yield diagnostic("E311", analysis.at("states"), f"`{analysis.name}` has {len(states)} states",
+                         f"more than {MOST}", "each is solved and kept: take fewer")  # fmt: skip
+
+
+def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Times of a course that do not go on, or beyond its end; more steps than a run can hold."""
+    analysis = next(iter(scene.of_kind("analysis").values()))
+    thing: Quasistatic = analysis.thing
+    if any(b <= a for a, b in pairwise(times)):
+        yield diagnostic("E361", analysis.at("times"), f"the times of `{analysis.name}` do not go on",
+                         "not in their order", "each time comes after the one before it")  # fmt: skip
+    if times and times[-1] > thing.duration * (1.0 + BEYOND):
+        yield diagnostic("E361", analysis.at("times"), f"`{analysis.name}` ends before the last of its times",
+                         f"at {units.show(thing.duration, units.TIME)}",
+                         f"follow it up to {units.show(times[-1], units.TIME)}, or measure earlier")  # fmt: skip
+    if (count := thing.duration / thing.step) > STEPS:
+        yield diagnostic("E361", analysis.at("step"), f"`{analysis.name}` takes {count:.2g} steps",
+                         f"more than {STEPS}", "every step is an equilibrium: take longer ones")  # fmt: skip
+    if (wrong := _unread(scene, thing.duration)) is not None:
+        yield wrong
+
+
+def _unread(scene: Scene, duration: float) -> Diagnostic | None:
+    """A table that a load or support cannot follow."""
+    return next((wrong for d in acting(scene) if (wrong := table_fault(d, duration)) is not None), None)
+
+
+def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
+    """Metrics of a loop, of states that make none; a motion is refused with curves."""
+    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _timed(scene):
+        return  # in time a curve turns where it does
+    for metric in scene.of_kind("metric").values():
+        if metric.thing.of_all_states and (wrong := _one_way(metric, states)) is not None:
+            yield wrong
+
+
+def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnostic:
+    help = f"give the analysis some: {SOME}"
+    if moving:
+        help = f"a motion has none: give a course of time such as `ramp(over = 0.5 s)`, or {SOME}"
+    return diagnostic("E311", declared.at(field), f"`{declared.name}` {does}, and the analysis has no states",
+                      "of which states?", help)  # fmt: skip
+
+
+def _whole(reference: Declared) -> Diagnostic | None:
+    """Numbers of columns that are none; or a single number beside the list."""
+    if "state" in reference.fields:
+        return diagnostic("E312", reference.at("state"), f"`{reference.name}` has both a `state` and `states`",
+                          "one too many", "keep `states`, one for each state of the analysis")  # fmt: skip
+    broken = next((s for s in reference.value("states").values if s != int(s)), None)
+    if broken is None:
+        return None
+    return diagnostic("E312", reference.at("states"), f"{broken:g} is not the number of a state in a table",
+                      "not a whole number", "columns x1, y1, z1 are of state 1, x2, y2, z2 of state 2")  # fmt: skip
+
+
+def _as_many(reference: Declared, count: int) -> Diagnostic | None:
+    own = len(reference.value("states").values)
+    if own == count:
+        return None
+    several = "state" if own == 1 else "states"
+    return diagnostic("E312", reference.at("states"),
+                      f"`{reference.name}` has {own} {several}, and the analysis {count}", "not one for each",
+                      "give as many, in the order of the analysis; a state may stand more than once")  # fmt: skip
+
+
+def _measured_once(reference: Declared) -> bool:
+    many = isinstance(
+        reference.thing, CurveFromFile | GivenValues
+    )  # what was measured all along, or says of what it is
+    return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
+
+
+def _of_one(reference: Declared) -> Diagnostic:
+    """A measurement of one state cannot be the truth in others."""
+    help = "leave one state in the analysis, or give what was measured a scene of its own that has that state alone"
+    if isinstance(reference.thing, TrackedPoints):
+        help = "say which state of the table belongs to each of the analysis: `states = [1, 2, 3]`"
+    at = reference.at("state" if "state" in reference.fields else "")
+    return diagnostic("E312", at, f"`{reference.name}` was measured in one state, and the analysis has several",
+                      "in which state?", help)  # fmt: skip
+
+
+def _one_way(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
+    """States that do not go one way and back again have no loop."""
+    turn = max(range(len(states)), key=lambda i: abs(states[i] - states[0]), default=0)
+    sides = [states[: turn + 1], states[turn:]]
+    falls = turn > 0 and states[turn] < states[0]
+    there, back = ([(b - a) * (-1.0 if falls else 1.0) for a, b in pairwise(side)] for side in sides)
+    if there and back and min(there) > 0.0 and max(back) < 0.0:
+        return None
+    given = f"its states are {', '.join(map(percent, states[:8]))}" if states else "the analysis has no states"
+    return diagnostic("E509", metric.at(), f"`{metric.name}` is about a loop, and the states make none", given,
+                      "load in some states and unload in those after: `static(states = [25, 50, 75, 100, 75, 50, 25]"
+                      " %)`")  # fmt: skip
+
+
+def _is_fitted(model: Declared) -> bool:
+    return vars(model.thing.stiffness).get("metric") is not None if "stiffness" in vars(model.thing) else False
+
+
+def _fitted(model: Declared) -> Diagnostic:
+    return diagnostic("E314", model.at("stiffness"), f"`{model.name}` would be fitted anew in every state",
+                      "another network in each", "fit it in a scene with one state, and give the stiffness that it"
+                      " finds: `stiffness = uniform(...)`, or leave one state in the analysis")  # fmt: skip
+
+
+def _alike(scene: Scene) -> Diagnostic:
+    analysis = next(iter(scene.of_kind("analysis").values()))
+    values = ", ".join(map(percent, states_of(scene)[:6]))
+    return diagnostic("W325", analysis.at("states"), f"the states of `{analysis.name}` are all the same",
+                      f"nothing changes from one to another of {values}",
+                      "give a load or a support `course = state`, or leave `states` out")  # fmt: skip

@@ -1,0 +1,130 @@
+"""What is wrong with the studies of a scene: every value of a sweep is tried in its place.
+
+A value is checked by compiling the scene once more with it: the checks and their messages are those of the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import field_schema
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.sweep_values import SweepTarget, Variant
+from softmark.interpreter.planning import robustness_plan
+from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
+from softmark.interpreter.validation.scene_checks import varied
+from softmark.interpreter.vocabulary.study_words import Convergence, Stability, Sweep
+from softmark.records import dataclass
+
+MOST = 50  # sweeps of a scene
+TRIED, TEXT = 200, 2_000_000  # values of all sweeps that checking a scene compiles it with, and characters in all
+FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
+
+
+def check(scene: Scene) -> Iterator[Diagnostic]:
+    """What is wrong with the studies of a scene that has no other errors; something may be said twice."""
+    studies = scene.of_kind("study")
+    sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
+    if len(sweeps) > MOST:
+        last = list(sweeps)[MOST]
+        yield diagnostic("E510", studies[last].at(), f"the scene has {len(sweeps)} sweeps", "one too many",
+                         f"a scene has at most {MOST}: write several scenes")  # fmt: skip
+        return
+    size = scene.table.size if scene.table else 0
+    each = max(FEWEST, min(TRIED, TEXT // (size + 1)) // max(1, len(sweeps)))
+    tried = {n: [_try(scene, sweep, v) for v in _spread(sweep.over, each)] for n, sweep in sweeps.items()}
+    for name, study in studies.items():
+        if name in tried:
+            yield from _sweep(scene, study, tried[name])
+        elif isinstance(study.thing, Stability):
+            yield from robustness_plan.doubts(scene, study)
+        else:
+            yield from _asking(scene, study, tried)
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A value of a sweep in its place: the number that it is there, SI, and the errors of the scene with it."""
+
+    variant: Variant
+    number: float | None
+    errors: list[Diagnostic]
+
+
+def _spread(over: Sequence[Variant], most: int) -> Sequence[Variant]:
+    """All values, or as many as may be tried, the first and the last among them; a comparison looks at the others."""
+    if len(over) <= most:
+        return over
+    return [over[round(i * (len(over) - 1) / (most - 1))] for i in range(most)]
+
+
+def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _Tried:
+    other, diagnostics = varied(scene, [override_of(sweep, variant)])
+    return _Tried(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
+
+
+def _sweep(scene: Scene, study: Declared, tried: Sequence[_Tried]) -> Iterator[Diagnostic]:
+    if study.thing.with_ is not None:
+        yield from _is_sweep(scene, study, "with")
+    links = chain(scene, study)
+    targets = [link.thing.target.name for link in links if isinstance(link.thing, Sweep)]
+    twice = next((name for name in targets if targets.count(name) > 1), None)
+    if twice is not None:
+        yield diagnostic("E510", study.at("with"), f"`{study.name}` varies `{twice}` twice", "the same again",
+                         "combine it with a sweep of something else")  # fmt: skip
+    for name in study.thing.models or ():
+        if scene.declared[name].kind != "model" or "." in name:
+            yield diagnostic("E510", study.at("models"), f"`{name}` is not a model of this scene", "not its own", "")
+    for one in tried:
+        if one.errors:
+            yield _variant_error(study.thing.target, one)
+
+
+def _variant_error(target: SweepTarget, tried: _Tried) -> Diagnostic:
+    """An error of the scene with one value: the first at the value itself, else the first as a consequence of it."""
+    places, source = (tried.variant.at.span, target.span), tried.variant.at.source
+    own = (d for d in tried.errors if d.source is source and d.span is not None
+           and any(p.start <= d.span.start and d.span.end <= p.end for p in places))  # fmt: skip
+    return next(own, None) or _consequence(target.name, tried.variant, tried.errors[0])
+
+
+def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
+    """An error elsewhere in the scene, told of the value that brings it about."""
+    note = ""
+    if error.span is not None and error.source is not None:
+        note = f"{error.code} in {error.source.name}, line {error.span.line}"
+    message = f"with `{name} = {variant.text}` the scene is in error: {error.message}"
+    notes = (note,) if note else ()
+    return diagnostic("E511", variant.at, message, "not possible here", error.help, notes)
+
+
+def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]) -> Iterator[Diagnostic]:
+    """A convergence or a front of something that is no sweep, or of one that cannot be asked."""
+    if study.thing.over is None:
+        return
+    found = list(_is_sweep(scene, study, "over"))
+    yield from found
+    if found or not isinstance(study.thing, Convergence):
+        return
+    sweep = scene.declared[study.thing.over]
+    values = tried.get(sweep.name)
+    if values is None:  # of another file
+        values = [_try(scene, sweep.thing, v) for v in _spread(sweep.thing.over, 20)]
+    numbers = {one.number for one in values if one.number is not None}
+    if len(numbers) < FEWEST:
+        message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"
+        yield diagnostic("E510", study.at("over"), message, f"`{sweep.name}` has {len(numbers)}",
+                         "add values to the sweep, such as halves of the last")  # fmt: skip
+
+
+def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]:
+    name = study.value(field)
+    other = scene.declared[name]
+    if not isinstance(other.thing, Sweep):
+        word = other.constructor.name
+        sweeps = [n for n, d in scene.of_kind("study").items() if isinstance(d.thing, Sweep)]
+        example = "declare one: `study NAME = sweep(h, over = [10, 5] mm)`"
+        help = f"sweeps: {field_schema.listed(sweeps)}" if sweeps else example
+        yield diagnostic("E213", study.at(field), f"expected a sweep, found the {word} `{name}`", f"a {word}", help)

@@ -1,0 +1,44 @@
+"""Models of hexahedra, of bodies that tetrahedra alone can fill."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.solvers.elements import ELEMENTS, element_of
+from softmark.solvers.elements.reference_cells import Tetrahedron
+from softmark.solvers.mesh.surface_bodies import Enclosed, Filled
+
+if TYPE_CHECKING:
+    from softmark.grammar.diagnostic import Diagnostic
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.problem.body_case import Case
+    from softmark.solvers.mesh.shape import Shape
+
+FIT = " or ".join(f"`{name}`" for name, element in ELEMENTS.items() if element.family == Tetrahedron.family)
+
+
+def enclosed(model: Declared, case: Case, shape: Enclosed) -> Diagnostic | None:
+    """Elements that a filled surface cannot be made of."""
+    kind = _other(model)
+    if not kind:
+        return None
+    name = Path(shape.file).name if isinstance(shape, Filled) else case.body.name
+    return diagnostic("E577", model.at(), f"`{model.name}` asks for {kind}, and `{name}` is filled with tetrahedra",
+                      "tetrahedra only", f"take {FIT}; tet10 does not lock as tet4 does")  # fmt: skip
+
+
+def unmeshed(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
+    """Hexahedra of a shape that has no such mesh."""
+    kind = _other(model)
+    if not kind:
+        return None
+    problem = f"`{model.name}` asks for {kind}, and `{case.body.name}` has no mesh of hexahedra: {shape.lacks}"
+    return diagnostic("E335", model.at(), problem, "tetrahedra only", f"take {FIT}, or another shape")
+
+
+def _other(model: Declared) -> str:
+    """The solid element of a model that is no tetrahedron, "" where it is one."""
+    kind: str = model.thing.mesh_key()[0]
+    return kind if kind in ELEMENTS and element_of(kind).family != Tetrahedron.family else ""

@@ -1,0 +1,189 @@
+"""Warnings about values that are allowed and doubtful, and about what nothing uses.
+
+To add one: a function that yields diagnostics, a line in LINTS.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from softmark.grammar import tree
+from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Location, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.scene_states import acting
+from softmark.interpreter.metrics.frequency import Frequency
+from softmark.interpreter.planning.run_plan import asked_of
+from softmark.interpreter.vocabulary.amplitude_words import State
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.load_words import PerMass
+from softmark.interpreter.vocabulary.support_words import Bedded, Symmetric
+
+LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
+SOFTEST, STIFFEST = 10.0, 2e12  # Pa: a gel that flows out of its mould, and more than diamond
+STRONGEST_PULL = 100.0  # m/s^2
+WRITTEN = re.compile(r"[\d.]+(?:[eE][+-]?\d+)?\s*[^\s()]*")  # a number with its unit, and no name of a parameter
+DENSITY: units.Dimension = (-3, 1, 0, 0, 0)
+
+
+def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
+    """Each material of the scene itself, and where its fields stand: for one inside a body, its field."""
+    declared = {id(d.thing) for d in scene.declared.values() if d.kind == "material"}
+    for material in scene.of_kind("material").values():
+        yield material.thing, material.at
+    for body in scene.of_kind("body").values():
+        if id(body.thing.material) not in declared:
+            yield body.thing.material, lambda field, body=body: body.at("material")  # type: ignore[misc]
+    for region in scene.of_kind("region").values():
+        if region.thing.material is not None and id(region.thing.material) not in declared:
+            yield region.thing.material, lambda field, region=region: region.at("material")  # type: ignore[misc]
+
+
+def _densities(scene: Scene) -> Iterator[Diagnostic]:
+    for material, at in _materials(scene):
+        density = material.density
+        if not isinstance(density, float | int):  # it varies in space
+            continue
+        if not LIGHTEST <= density <= HEAVIEST:
+            factor = 1000.0 if density < LIGHTEST else 1e-3
+            meant = units.show(density * factor, DENSITY)
+            likely = LIGHTEST <= density * factor <= HEAVIEST
+            water, at_ = "water has 1000 kg/m^3, or 1 g/cm^3", at("density")
+            plain = Fix(meant) if WRITTEN.fullmatch(at_.text) else None
+            help = Remedy(f"{water}; did you mean {meant}?", plain) if likely else water
+            yield diagnostic("W303", at_,
+                             f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
+                             "a thousand times off?" if likely else "off by far", help)  # fmt: skip
+
+
+def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
+    for material, at in _materials(scene):
+        young = None if getattr(material, "directed", False) else material.young
+        if not isinstance(young, float | int):  # it varies in space, or has none
+            continue
+        if young < SOFTEST:
+            help = "soft gels have some 100 Pa; `mPa` is a thousandth of a pascal, `MPa` a million"
+        elif young > STIFFEST:
+            help = "steel has 210 GPa, diamond 1.1 TPa"
+        else:
+            continue
+        yield diagnostic(
+            "W310", at("young"), f"a Young's modulus of {_pascals(young)} is unlikely for a solid", "off by far", help
+        )
+
+
+def _convexities(scene: Scene) -> Iterator[Diagnostic]:
+    """Constants by which a law of finite strain gives way somewhere, in a scene that asks for such a law."""
+    if all(getattr(model.thing, "strain", "") != "finite" for model in scene.of_kind("model").values()):
+        return
+    for material, at in _materials(scene):
+        if (known := getattr(material, "gives_way", None)) is not None:
+            field, why = known
+            yield diagnostic("W396", at(field), f"{why}: the law is not polyconvex", "it gives way somewhere",
+                             "where it does is looked for after every answer (W366); `neo_hookean_isochoric` and "
+                             "`stable_neo_hookean` never do")  # fmt: skip
+
+
+def _pascals(young: float) -> str:
+    return f"{young:.6g} Pa" if young < SOFTEST else units.show(young, units.PRESSURE)
+
+
+def _gravities(scene: Scene) -> Iterator[Diagnostic]:
+    for declared in scene.of_kind("load").values():
+        action = declared.thing.action
+        pull = math.hypot(*action.acceleration) if isinstance(action, PerMass) else 0.0
+        if pull > STRONGEST_PULL * (1.0 + 1e-12):  # a direction is of length one but for rounding
+            yield diagnostic("W307", declared.at(declared.thing.strength),
+                             f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
+                             "very strong", "on Earth it is 9.81 m/s^2")  # fmt: skip
+
+
+def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
+    """Dashpots where no speeds are known."""
+    analysis = next(iter(scene.of_kind("analysis").values()), None)
+    if analysis is not None and isinstance(analysis.thing, Dynamic):
+        return
+    for bed in scene.of_kind("support").values():
+        if isinstance(bed.thing, Bedded) and bed.thing.damping:
+            where = f"in `{analysis.name}`" if analysis else "at rest"
+            problem = f"the dashpots of `{bed.name}` play no part {where}"
+            help = "they act on speeds: declare `dynamic(...)`, or leave the damping out"
+            yield diagnostic("W370", bed.at("damping"), problem, "of a dynamic analysis", help)
+
+
+def _settled(scene: Scene) -> Iterator[Diagnostic]:
+    """Expectations that are met or not before anything is computed."""
+    for expectation in scene.expectations:
+        # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
+        names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and n.parts[1:])
+        if all(name in scene.parameters for name in names):
+            yield diagnostic("W311", expectation.location, "nothing that is computed enters this expectation",
+                             "the same in every run",
+                             "compare a metric of a model or reference, such as `rod.eta`")  # fmt: skip
+
+
+def _registered(scene: Scene) -> Iterator[Diagnostic]:
+    for reference in scene.of_kind("reference").values():
+        if reference.thing.registered == "icp":
+            yield diagnostic("W316", reference.at("register"),
+                             f"`{reference.name}` is moved onto each computed surface before it is compared",
+                             "hides errors",
+                             "errors that look like a motion disappear; `clamp` registers the held face")  # fmt: skip
+
+
+def _courses(scene: Scene) -> Iterator[Diagnostic]:
+    """A state of rest knows no time."""
+    if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
+        return
+    for declared in acting(scene):
+        if declared.thing.course is not None and not isinstance(declared.thing.course, State):
+            yield diagnostic("W317", declared.at("course"),
+                             f"the course of `{declared.name}` plays no part in a static analysis",
+                             "a state of rest has no time",
+                             "it acts in full; declare `analysis NAME = dynamic(...)` to follow"
+                             " the motion")  # fmt: skip
+
+
+def _mirrored(scene: Scene) -> Iterator[Diagnostic]:
+    """Of a half, only modes that are symmetric can be found; another may be the slowest."""
+    mirrors = [s for s in scene.of_kind("support").values() if isinstance(s.thing, Symmetric)]
+    for metric in scene.of_kind("metric").values():
+        own = [s.name for s in mirrors if isinstance(metric.thing, Frequency) and s.thing.body == metric.thing.body]
+        if own:
+            yield diagnostic("W383", metric.at(),
+                             f"`{metric.name}` knows only modes that are symmetric about the plane of `{own[0]}`",
+                             "others may be slower",
+                             "model the whole body, as the half has no others")  # fmt: skip
+
+
+def idle(scene: Scene) -> Iterator[Diagnostic]:
+    """Models that nothing asks about."""
+    asked = asked_of(scene)
+    for name, model in scene.of_kind("model").items():
+        if name not in asked:
+            yield diagnostic("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
+                             "not asked for",
+                             "add a probe, a metric or an expectation of its body")  # fmt: skip
+
+
+def unused(scene: Scene) -> Iterator[Diagnostic]:
+    """Names that nothing refers to, in a scene that asks for something; another is a library of names."""
+    if not any(scene.of_kind(kind) for kind in ("model", "reference")):
+        return
+    for name, at in scene.unused.items():
+        kind = "parameter" if name in scene.parameters else "scene"
+        if name in scene.declared:
+            kind = scene.declared[name].kind
+        if kind in ("parameter", "material", "shape", "body", "scene"):
+            remedy = "refer to it, or remove it"
+            yield diagnostic("W309", at, f"nothing uses the {kind} `{name}`", "not used", remedy)
+
+
+LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
+    _densities, _stiffnesses, _convexities, _gravities, _dashpots, _registered, _courses, _settled,
+    _mirrored,
+)  # fmt: skip

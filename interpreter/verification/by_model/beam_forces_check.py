@@ -1,0 +1,294 @@
+"""Forces of a beam found again from where its points are, without its solver."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam.beam_declaration import Beam6Dof, station
+from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
+from softmark.interpreter.problem.axial_selection import coverage, whole
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
+from softmark.interpreter.verification.by_model.verifier import Found
+from softmark.interpreter.verification.reaction_balance import summed
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.records import dataclass
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.rod_forces import CheckedRod, frames
+from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
+from softmark.solvers.mesh.shape import Prism, Section, Swept
+
+
+@dataclass(frozen=True)
+class BeamLine:
+    """What of a beam model is known without its solver."""
+
+    model: Beam6Dof
+    case: Case
+    s: Floats  # stations (n,), m
+
+    @property
+    def axes(self) -> Floats:
+        """e1, e2, e3 at rest where the axis starts (3, 3), as rows."""
+        return np.array(self.case.prism.frame(0.0))
+
+    @cached_property
+    def at_rest(self) -> tuple[Floats, Floats]:
+        """The nodes at rest (n, 3), m, and there e1, e2 and e3 as rows (n, 3, 3)."""
+        shape, s = self.case.prism, self.s.tolist()
+        return np.array([shape.centre(at) for at in s]), np.array([shape.frame(at) for at in s])
+
+    @property
+    def stiffness(self) -> Floats:
+        """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of one that tapers those of each element (e, 6)."""
+        return along(self.case.prism, self.s, self.case.material)
+
+    def rod(self, displacement: Any) -> tuple[CheckedRod, float]:
+        """The deformed rod, from displacements of points on and beside its axis, and how far beside."""
+        shape = self.case.prism
+        arm, (X, axes) = arm_of(shape.section), self.at_rest
+        x, R = deformed(X, axes[:, 1:], arm, displacement)
+        rigid = (() if self.model.axial else (0,)) + (() if self.model.shear else (1, 2))
+        l, natural = np.diff(self.s), None
+        if not isinstance(shape, Prism):
+            l, natural = np.linalg.norm(np.diff(X, axis=0), axis=1), (X, axes.transpose(0, 2, 1))
+        return CheckedRod(x, R, l, self.stiffness, rigid, natural), arm
+
+    def loads(self, rod: CheckedRod) -> Floats:
+        """Forces and moments at the nodes of the deformed rod (n, 6), N and N m in space. Raises Unchecked."""
+        shape, both, l = self.case.prism, np.zeros((len(self.s), 6)), np.diff(self.s)
+        f, m = both[:, :3], both[:, 3:]
+        for load in self.case.loads:
+            match load.thing.action:
+                case PerMass(acceleration=g):
+                    w = self.case.material.density * np.array(g)
+                    if shape.tapered:
+                        f += np.outer(hats(self.s, 0.0, shape.length, lambda at: shape.section_at(at).area), w)
+                        continue
+                    w *= shape.section.area
+                    f[:-1] += 0.5 * l[:, None] * w
+                    f[1:] += 0.5 * l[:, None] * w
+                case PerArea(where=where, traction=traction):
+                    end = 0 if coverage(where, shape, 0.0) == "all" else -1
+                    f[end] += shape.section_at(self.s[end]).area * np.array(traction)
+                case Turning(where=where, moment=moment):
+                    m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
+                case PerLength(begin=begin, end=end, force=q):
+                    f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
+                case Routed(guides=int(count)) as tendon:
+                    both += self._guided(tendon, count, rod)
+                case Routed() as tendon:
+                    low, high = sorted(shape.own(p)[0] for p in (tendon.begin, tendon.end))
+                    ends = np.clip(self.s, low, high)
+                    arms, slopes = self._route(tendon, 0.5 * (ends[1:] + ends[:-1]))
+                    both += rod.pulled(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
+                case AtPoint(at=at, force=force) if station(self.case, at) is None:
+                    X, axes = self.at_rest
+                    off = np.array(at) - X
+                    node = int(np.abs(self.s - shape.own(at)[0]).argmin())
+                    f[node] += np.array(force)
+                    m[node] += np.cross(rod.R[node] @ (axes[node] @ off[node]), np.array(force))
+                case AtPoint(at=at, force=force):
+                    s = station(self.case, at) or 0.0
+                    for node in range(len(self.s)):
+                        f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
+                case _:
+                    raise Unchecked(f"there is no other formula for `{load.name}`")
+        return both
+
+    def _line(self, begin: Floats, end: Floats) -> Floats:
+        """What each node takes of a line on the axis (n,), m."""
+        low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
+        return hats(self.s, low, high)
+
+    def _route(self, tendon: Routed, s: Floats) -> tuple[Floats, Floats]:
+        """Arms and slopes of a tendon (k, 3) in the axes of sections at stations s (k,), m, by complex numbers."""
+        shape = self.case.prism
+        (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
+        z = (s - low) / (high - low)
+        turn, begin = 1j * tendon.winding, complex(*first)
+        line = complex(*last) * np.exp(-turn) - begin
+        arm = np.exp(turn * z) * (begin + line * z)
+        slope = (np.exp(turn * z) * line + turn * arm) / (high - low)
+        arms, slopes = (np.stack([0.0 * z, f.real, f.imag], axis=1) for f in (arm, slope))
+        return arms, slopes
+
+    def _guided(self, tendon: Routed, count: int, rod: CheckedRod) -> Floats:
+        """What a tendon does at its guides (n, 6), N and N m in space: pulls along the chords, guide by guide."""
+        low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
+        found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)
+        nodes = [int(np.abs(self.s - place).argmin()) for place in places]
+        arms = self._route(tendon, places)[0]
+        arms[:, 0] = places - self.s[nodes]
+        points = [rod.x[k] + rod.R[k] @ arm for k, arm in zip(nodes, arms, strict=True)]
+        for (i, p), (j, q) in itertools.pairwise(zip(nodes, points, strict=True)):
+            pull = tendon.tension * (q - p) / np.linalg.norm(q - p)
+            found[i] += [*pull, *np.cross(p - rod.x[i], pull)]
+            found[j] -= [*pull, *np.cross(q - rod.x[j], pull)]
+        return found
+
+    def held(self) -> NDArray[np.bool_]:
+        """Forces and moments that supports carry (n, 6); of a partly held section, all moments."""
+        found = np.zeros((len(self.s), 6), dtype=np.bool_)
+        for support in self.case.supports:
+            found |= self._at(support, [*support.thing.components, 3, 4, 5])
+        return found
+
+    def carries(self, support: Declared) -> NDArray[np.bool_]:
+        """Forces and moments that one support carries (n, 6): those of turns omega x r along what it holds."""
+        held = [*support.thing.components]
+        way = np.abs(np.cross(self.axes[1:, None], np.eye(3)[held])).max(axis=(0, 1))  # omega . (r x e_c), r across
+        turns = np.flatnonzero((way > 0.5) | (len(held) == 3))
+        return self._at(support, [*held, *(3 + turns)])
+
+    def _at(self, support: Declared, which: Sequence[int]) -> NDArray[np.bool_]:
+        """These of its six forces and moments (n, 6), where a support takes whole sections."""
+        where = whole(support.thing.where, self.case.prism, tuple(self.s.tolist()))
+        return np.outer(where, np.isin(np.arange(6), which))
+
+
+def stiffness(section: Section, material: Any) -> Floats:
+    """EA, GA2, GA3, GJ, EI2, EI3 (6,)."""
+    E, G = material.young, material.young / (2.0 * (1.0 + material.poisson))
+    shear = section.shear_factor(material.poisson) * G * section.area
+    return np.array([E * section.area, shear, shear, G * section.torsion, *(E * I for I in section.moments)])
+
+
+FINE, COARSE_RULE, MANY = 64, 16, 8  # places of the other rule in an element: of few elements, and of more than MANY
+
+
+def along(shape: Swept, s: Floats, material: Any) -> Floats:
+    """EA, GA2, GA3, GJ, EI2, EI3 (6,), or of a tapered body those of each element (e, 6): means of 1 / C."""
+    if not shape.tapered:
+        return stiffness(shape.section, material)
+    at, weights = clenshaw_curtis(FINE if len(s) < MANY else COARSE_RULE)
+    fine = s[:-1, None] + np.diff(s)[:, None] * at
+    each = [[stiffness(shape.section_at(place), material) for place in row] for row in fine.tolist()]
+    found: Floats = 1.0 / np.einsum("g,egc->ec", weights, 1.0 / np.array(each))
+    return found
+
+
+def clenshaw_curtis(n: int) -> tuple[Floats, Floats]:
+    """Places and weights (n + 1,) of the rule of Clenshaw and Curtis (1960) from 0 to 1, n even."""
+    turn, k = np.pi * np.arange(n + 1) / n, np.arange(1, n // 2 + 1)
+    b = np.where(k == n // 2, 1.0, 2.0)
+    weights = 1.0 - np.cos(2.0 * np.outer(turn, k)) @ (b / (4.0 * k**2 - 1.0))
+    weights[[0, -1]] *= 0.5
+    return 0.5 * (1.0 - np.cos(turn)), weights / n
+
+
+def arm_of(section: Section) -> float:
+    """How far beside the axis, m, points are looked at."""
+    return max(max(abs(u), abs(v)) for u, v in section.samples())
+
+
+def deformed(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[Floats, Floats]:
+    """Where nodes X (n, 3), m, are, and their axes (n, 3, 3), from arms along two that were `across` (n, 2, 3).
+
+    `displacement` says it of points.
+    """
+    beside = X[:, None] + arm * across
+    x = X + displacement(X)
+    tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
+    return x, frames(tips, np.full(2, arm))
+
+
+def hats(s: Floats, low: float, high: float, size: Callable[[float], float] = lambda s: 1.0) -> Floats:
+    """What each node at stations s (n,), m, takes of a line between two, times its `size` there (n,), m.
+
+    Hat functions by Simpson's rule between kinks: it is exact of the third degree, of hats times areas that taper.
+    """
+    kinks = np.unique(np.clip(np.concatenate([[low, high], s]), low, high))
+    a, b = kinks[:-1], kinks[1:]
+    places = np.concatenate([a, 0.5 * (a + b), b])
+    weights = np.concatenate([b - a, 4.0 * (b - a), b - a]) / 6.0 * [size(at) for at in places.tolist()]
+    found: Floats = np.array([np.interp(places, s, row) for row in np.eye(len(s))]) @ weights
+    return found
+
+
+def line_of(found: Found) -> BeamLine:
+    """The beam of a solution."""
+    return BeamLine(found.declared.thing, found.case, np.array(found.declared.thing.stations(found.case)))
+
+
+def rod_of(found: Found) -> tuple[CheckedRod, float]:
+    """Its rod, deformed as the solution says, and how far beside the axis it was looked at; found once."""
+    if rod_of not in found.known:
+        line, displacement = line_of(found), found.solution.displacement
+        rod, arm = line.rod(displacement)
+        if found.case.remembers:
+            from softmark.interpreter.verification.viscoelastic_forces_check import gone_of
+
+            rod = replace(
+                rod, gone=gone_of(found.case.material, displacement, lambda moved: line.rod(moved)[0].strains)
+            )
+        found.known[rod_of] = rod, arm
+    known: tuple[CheckedRod, float] = found.known[rod_of]
+    return known
+
+
+def balance_of(found: Found) -> ForceBalance:
+    """The forces of a beam found again. Raises Unchecked."""
+    return worse(*_forces(found))
+
+
+def worse(inside: Floats, outside: Floats, fixed: NDArray[np.bool_], noise: float) -> ForceBalance:
+    """The balance of forces, or that of forces and moments (n, 6)."""
+    result = solid_forces.balance(inside[:, :3], outside[:, :3], fixed[:, :3], noise, None)
+    whole = solid_forces.balance(inside, outside, fixed, noise, None)
+    return whole if whole.residual >= result.residual else result
+
+
+def reactions_of(found: Found) -> tuple[dict[str, Wrench], float]:
+    """What every support does, and what rounding leaves of it, N. Raises Unchecked."""
+    inside, outside, _, noise = _forces(found)
+    beam, left = line_of(found), (inside - outside) / _per_length(found)
+    masks = {support.name: beam.carries(support) for support in beam.case.supports}
+    return summed(masks, left, rod_of(found)[0].x), LEFT * noise
+
+
+def _per_length(found: Found) -> Floats:
+    """What makes forces of forces and moments (6,)."""
+    return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.prism.length] * 3])
+
+
+def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    """What is inside, what loads do, moments over the length (n, 6), N; what is held; rounding, N; found once.
+
+    Raises Unchecked.
+    """
+    if _forces not in found.known:
+        found.known[_forces] = _looked_at(found)
+    known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_forces]
+    return known
+
+
+def _looked_at(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    beam, model = line_of(found), found.declared.thing
+    if found.solution.displacement is None or (len(beam.s) > 200 and not (model.shear and model.axial)):
+        raise Unchecked("constraints of so many elements are not looked at again")
+    rod, arm = rod_of(found)
+    inside, by = rod.forces()
+    scale, fixed = _per_length(found), beam.held()
+    outside = beam.loads(rod) * scale
+    inside, by = inside * scale, by * scale[:, None, None]
+    if rod.rigid:
+        inside = inside + _carried(inside - outside, by, fixed)
+    return inside, outside, fixed, rod.rounding(arm)
+
+
+def _carried(left: Floats, by: Floats, fixed: NDArray[np.bool_]) -> Floats:
+    """What constraints carry (n, 6): what of it balances the free nodes best."""
+    B = by.reshape(left.size, -1)
+    free = ~fixed.ravel()
+    best, *_ = np.linalg.lstsq(B[free], -left.ravel()[free], rcond=None)
+    return (B @ best).reshape(left.shape)

@@ -1,0 +1,275 @@
+"""What vouches for networks: the forces of each member found again, and added up where members meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.models.beam import flat_strips
+from softmark.interpreter.models.beam_frame import frame_selection
+from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.verification.by_model.beam_forces_check import along, arm_of, deformed, hats, worse
+from softmark.interpreter.verification.by_model.beam_verifier import BENT, STRETCHED, TAPERED, Beams
+from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
+from softmark.interpreter.verification.by_model.verifier import Found
+from softmark.interpreter.verification.grid_convergence import COARSE
+from softmark.interpreter.verification.probe_errors import Unknown
+from softmark.interpreter.verification.reaction_balance import summed
+from softmark.interpreter.verification.solution_under_test import Answer
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.support_words import Hinged
+from softmark.records import dataclass
+from softmark.solvers.independent_forces.rod_forces import CheckedRod
+from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
+from softmark.solvers.mesh.frame_shapes import Member, Network
+from softmark.solvers.mesh.shape import Swept, transverse
+
+ALIGNED = 1e-9  # of unit vectors: two axes of hinges that are one
+JOINED = 3.0  # times half the depth of what a member ends in, over its length: bending goes with the cube of length
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A network where it was found to be, without its solver: nodes (members, k, 3), points by their places at rest."""
+
+    found: Found
+
+    @property
+    def network(self) -> Network:
+        """Its geometry."""
+        return _network(self.found.case)
+
+    @cached_property
+    def X(self) -> list[Floats]:
+        """Nodes of the members at rest, (k, 3) each, m."""
+        t = np.linspace(0.0, 1.0, self.found.declared.thing.segments + 1)[:, None]
+        return [(1.0 - t) * np.array(m.begin) + t * np.array(m.end) for m in self.network.members]
+
+    @cached_property
+    def at(self) -> tuple[Floats, NDArray[np.int64]]:
+        """Different places among the nodes (p, 3), m, and that of every node (n,): those that are nearer than a
+        thousandth of a segment are one."""
+        every = np.concatenate(self.X)
+        least = min(m.length for m in self.network.members) / self.found.declared.thing.segments
+        known: dict[tuple[int, ...], int] = {}
+        own = np.zeros(len(every), dtype=np.int64)
+        for i, cell in enumerate(np.rint(every / (1e-3 * least)).astype(np.int64).tolist()):
+            own[i] = known.setdefault(tuple(cell), len(known))
+        places_ = np.zeros((len(known), 3))
+        places_[own] = every
+        return places_, own
+
+    @cached_property
+    def rods(self) -> list[CheckedRod]:
+        """The members, deformed as the solution says of points on and beside their axes."""
+        return [self._rod(i, member) for i, member in enumerate(self.network.members)]
+
+    def _rod(self, number: int, member: Member) -> CheckedRod:
+        X, across = self.X[number], np.array(member.frame(0.0))[None, 1:]
+        shifts: Any = self.found.solution.displacement  # of a network, which knows its members
+        x, R = deformed(X, across, arm_of(member.section), partial(shifts.of, number))
+        C = along(member, np.linspace(0.0, member.length, len(X)), self.found.case.material)
+        return CheckedRod(x, R, np.linalg.norm(np.diff(X, axis=0), axis=1), C)
+
+    @cached_property
+    def x(self) -> Floats:
+        """The places, deformed (p, 3), m."""
+        found = np.zeros_like(self.at[0])
+        found[self.at[1]] = np.concatenate([rod.x for rod in self.rods])
+        return found
+
+    def joined(self, parts: list[Floats]) -> Floats:
+        """What members have at their nodes (k, 6), at the places (p, 6)."""
+        found = np.zeros((len(self.at[0]), 6))
+        np.add.at(found, self.at[1], np.concatenate(parts))
+        return found
+
+    def inside(self) -> Floats:
+        """Inner forces and moments (p, 6), in space."""
+        return self.joined([rod.forces()[0] for rod in self.rods])
+
+    def outside(self) -> Floats:
+        """Those of loads (p, 6). Raises Unchecked."""
+        return self.joined([np.sum([*self._loads(i, m)], axis=0) for i, m in enumerate(self.network.members)])
+
+    def _loads(self, number: int, member: Member) -> Iterator[Floats]:
+        """Of every load what it does at the nodes of a member (k, 6)."""
+        X = self.X[number]
+        s = np.linspace(0.0, member.length, len(X))
+        yield np.zeros((len(X), 6))
+        for load in self.found.case.loads:
+            found = np.zeros((len(X), 6))
+            match load.thing.action:
+                case PerMass(acceleration=g):
+                    w = self.found.case.material.density * np.array(g)
+                    found[:, :3] = np.outer(hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w)
+                case PerLength(begin=begin, end=end, force=q):
+                    if frame_selection.line(self.network, begin, end)[0] == number:  # type: ignore[index]
+                        low, high = sorted(
+                            float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end)
+                        )
+                        found[:, :3] = np.outer(hats(s, low, high), q)
+                case AtPoint(at=at, force=force):
+                    if frame_selection.at(self.network, at)[0] == number:  # type: ignore[index]
+                        here = float(np.dot(np.subtract(at, member.begin), member.axis))
+                        found[:, :3] = np.outer([np.interp(here, s, row) for row in np.eye(len(X))], force)
+                case Turning(where=where, moment=moment):
+                    at = self.network.points[frame_selection.selected(where, self.network)[0][0]]
+                    ends = [i for i in (0, -1) if np.allclose(X[i], at, rtol=0.0, atol=1e-9 * member.length)]
+                    if ends and number == self._first_at(at):
+                        found[ends[0], 3:] = moment
+                case _:
+                    raise Unchecked(f"there is no other formula for `{load.name}`")
+            yield found
+
+    def _first_at(self, point: tuple[float, float, float]) -> int:
+        near = (i for i, m in enumerate(self.network.members) if point in (m.begin, m.end))
+        return next(near)
+
+    def carries(self, support: Declared) -> NDArray[np.bool_]:
+        """Forces and moments in space that one support carries (p, 6); of a hinge those its axis leaves to it."""
+        points, whole, _ = frame_selection.selected(support.thing.where, self.network)
+        near = [np.array([self.network.points[i] for i in points]).reshape(-1, 3), *(self.X[m] for m in whole)]
+        held = np.concatenate(near)
+        apart = np.linalg.norm(self.at[0][:, None] - held[None], axis=2).min(axis=1)
+        own = [*support.thing.components, *((3, 4, 5) if self._grips(support) else ())]
+        return np.outer(apart <= 1e-9 * self.network.diagonal, np.isin(np.arange(6), own))
+
+    @staticmethod
+    def _grips(support: Declared) -> bool:
+        """Whether it takes moments; that about the axis of a hinge is none in equilibrium, as `held` has it."""
+        return not isinstance(support.thing, Hinged) or support.thing.axis is not None
+
+    @cached_property
+    def hinged(self) -> dict[int, Floats]:
+        """Of places on hinges with an axis: that axis, and two across (3, 3), as rows; of several the first's."""
+        found: dict[int, Floats] = {}
+        for support in self.found.case.supports:
+            if not isinstance(support.thing, Hinged) or (axis := support.thing.axis) is None:
+                continue
+            for i in np.flatnonzero(self.carries(support).any(axis=1)).tolist():
+                found.setdefault(i, np.array([axis, *transverse(axis)]))
+        return found
+
+    def turned(self, forces: Floats) -> Floats:
+        """Forces and moments (p, 6), the moments at hinges about their axis and across it."""
+        found = forces.copy()
+        for i, rows in self.hinged.items():
+            found[i, 3:] = rows @ forces[i, 3:]
+        return found
+
+    def held(self) -> NDArray[np.bool_]:
+        """What all supports carry (p, 6), at hinges about their axis and across it: about the axis there is nothing."""
+        found = np.zeros((len(self.at[0]), 6), dtype=np.bool_)
+        for support in self.found.case.supports:
+            own = self.carries(support)
+            if isinstance(support.thing, Hinged) and support.thing.axis is not None:
+                for i in np.flatnonzero(own.any(axis=1)).tolist():
+                    one = np.linalg.norm(np.cross(support.thing.axis, self.hinged[i][0])) <= ALIGNED
+                    own[i, 3] = own[i, 3] and not one
+            found |= own
+        return found
+
+
+def frame_of(found: Found) -> Frame:
+    """The network of a solution; found once."""
+    if frame_of not in found.known:
+        found.known[frame_of] = Frame(found)
+    known: Frame = found.known[frame_of]
+    return known
+
+
+def _forces(found: Found) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    """What is inside, what loads do, moments over the extent (p, 6), N; what is held; rounding, N."""
+    if found.solution.displacement is None:
+        raise Unchecked("there is no solution")
+    if _forces not in found.known:
+        frame, scale = frame_of(found), _per_length(found)
+        noise = max(rod.rounding(arm_of(m.section)) for rod, m in zip(frame.rods, frame.network.members, strict=True))
+        inside, outside = frame.inside() * scale, frame.outside() * scale
+        found.known[_forces] = inside, outside, frame.held(), noise * len(frame.rods) ** 0.5
+    known: tuple[Floats, Floats, NDArray[np.bool_], float] = found.known[_forces]
+    return known
+
+
+def _per_length(found: Found) -> Floats:
+    """What makes forces of forces and moments (6,)."""
+    return np.array([1.0, 1.0, 1.0, *[1.0 / found.case.shape.diagonal] * 3])
+
+
+class Networks(Beams):
+    """Of networks: as of beams, member by member."""
+
+    theory = "frames"
+
+    def facts(self, found: Found) -> dict[str, Any]:
+        """The largest strains, and the largest curvature of a member."""
+        if found.solution.displacement is None:
+            return {}
+        bent, stretched, curvature = 0.0, 0.0, 0.0
+        frame = frame_of(found)
+        for rod, member in zip(frame.rods, frame.network.members, strict=True):
+            u, v = (max(abs(p[i]) for p in member.section.samples()) for i in (0, 1))
+            own = rod.strain(np.array([arm_of(member.section), v, u]))
+            bent, stretched = max(bent, own[0]), max(stretched, own[1])
+            curvature = max(curvature, float(np.hypot(rod.curvatures[:, 1], rod.curvatures[:, 2]).max()))
+        return {
+            "largest_strain": bent + stretched, "bending_strain": bent, "axial_strain": stretched,
+            "curvature_per_m": curvature,
+        }  # fmt: skip
+
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
+        """By the formulas of solvers/independent_forces/rod_forces.py, added up at points. Raises Unchecked."""
+        inside, outside, fixed, noise = _forces(found)
+        inside, outside = (frame_of(found).turned(forces) for forces in (inside, outside))
+        return worse(inside, outside, fixed, noise), found.solution.facts.get("residual")
+
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """By the same formulas. Raises Unchecked."""
+        inside, outside, _, noise = _forces(found)
+        frame = frame_of(found)
+        masks = {support.name: frame.carries(support) for support in found.case.supports}
+        return summed(masks, (inside - outside) / _per_length(found), frame.x), LEFT * noise
+
+    def left_out(self, answer: Answer) -> float:
+        """Of the member of which it is most, with what all are strained. Raises Unknown."""
+        checks = answer.result.solve.get("checks") or {}
+        names = "bending_strain", "axial_strain", "curvature_per_m"
+        bent, stretched, curvature = (float(checks.get(n) or 0.0) for n in names)
+        network, poisson = _network(answer.case), answer.case.material.poisson
+        missing = max(_missing(network, i, poisson, curvature) for i in range(len(network.members)))
+        strained = BENT * bent**2 + STRETCHED * stretched
+        if missing + strained > COARSE:
+            raise Unknown(f"the network is too {'thick' if missing > strained else 'strained'} for its theory")
+        return missing + strained
+
+    def pieces(self, case: Case) -> Sequence[Swept]:
+        """Its members."""
+        return _network(case).members
+
+
+def _network(case: Case) -> Network:
+    assert isinstance(case.shape, Network)
+    return case.shape
+
+
+def _missing(network: Network, number: int, poisson: float, curvature: float) -> float:
+    """What the theory leaves out of one member, relative: its section, and the extent of joints at its ends."""
+    member, (run, ends) = network.members[number], network.run(number)
+    section = member.section
+    length = sum(network.members[i].length for i in run)
+    others = [[i for i in network.at(end) if i not in run] for end in ends]
+    deep = sum(max((max(network.members[i].section.extents) for i in here), default=0.0) for here in others)
+    found = flat_strips.missing(section, length, poisson, max(1, sum(map(bool, others))), True)
+    found += flat_strips.stiffening(section, poisson, curvature) + flat_strips.ovalling(section, poisson, curvature)
+    return found + JOINED * 0.5 * deep / length + TAPERED * member.slope**2
+
+
+VOUCHER = Networks()

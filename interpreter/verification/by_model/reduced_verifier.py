@@ -1,0 +1,97 @@
+"""Verification of models reduced from finite elements, against the equations of the full model."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.prepared_model import Solution
+from softmark.interpreter.problem.body_case import case_for
+from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.verification.by_model.solid_forces_check import balance_of, solved
+from softmark.interpreter.verification.by_model.solid_verifier import Solids
+from softmark.interpreter.verification.by_model.verifier import Found
+from softmark.solvers.independent_forces.solid_forces import ForceBalance
+from softmark.solvers.model_reduction.reduction_error import ReductionError
+
+DOUBTFUL = 0.01  # estimated displacement error, relative to the displacement, from which a model warns of it
+DOUBTFUL_RESIDUAL = 0.1  # residual of the full equations, relative to the forces, from which it warns as well
+LARGEST = 0.2  # estimated error up to which one linear step tells it: the true one is then up to twice as large
+LARGEST_RESIDUAL = 0.5  # residual up to which a state is an answer where no error can be estimated
+MEASURES = "add modes or derivatives, train on states like this one, or use `{of}` itself"
+
+
+class Reductions(Solids):
+    """The forces of all elements in the state that a few fields make, and the error of the elements beside it."""
+
+    holds = False
+
+    def facts(self, found: Found) -> dict[str, Any]:
+        """None of its own."""
+        return {}
+
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
+        """That of all the elements in its state, beside what it says of their residual. Raises Unchecked."""
+        full, solution = found.scene.declared[found.declared.thing.reduces], found.solution
+        reduced = solution.facts.get("reduced") or {}
+        state = solved(full.thing, case_for(found.scene, full), solution.mesh)
+        return balance_of(state), reduced.get("full_residual")
+
+
+def judged(declared: Declared, solution: Solution) -> Solution:
+    """Return the solution of a reduced model with its error in the full equations; not converged if that is large.
+
+    The facts get `full_residual`, `estimated_error` (relative) and `estimated_error_m`, as in ReductionError.
+    """
+    assert solution.reduction_error is not None
+    try:
+        with np.errstate(all="ignore"):
+            error = solution.reduction_error()
+    except Exception as stopped:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        reason = f"its error in the full model could not be found ({type(stopped).__name__}: {stopped})"
+        return Solution("failed", reason, solution.facts, notes=solution.notes)
+    reduced = (solution.facts.get("reduced") or {}) | error.facts
+    facts = solution.facts | {"reduced": clean(reduced)}
+    of = declared.thing.reduces
+    if _too_large(error):
+        reason = f"its fields cannot represent the state: {_in_words(error, of)}; {MEASURES.format(of=of)}"
+        return Solution("not_converged", reason, facts, notes=solution.notes)
+    return replace(solution, facts=facts, notes=(*solution.notes, *_doubts(declared, error, of)))
+
+
+def _too_large(error: ReductionError) -> bool:
+    if error.relative is None:
+        return not error.residual <= LARGEST_RESIDUAL
+    return not error.relative <= LARGEST
+
+
+def _doubts(declared: Declared, error: ReductionError, of: str) -> list[Diagnostic]:
+    """Return a warning if a state leaves a significant residual in the equations of the full model."""
+    if (error.relative or 0.0) <= DOUBTFUL and error.residual <= DOUBTFUL_RESIDUAL:
+        return []
+    problem = f"`{declared.name}` does not balance the forces of the full model: {_in_words(error, of)}"
+    return [diagnostic("W419", declared.at(), problem, "a reduced model", MEASURES.format(of=of))]
+
+
+def _in_words(error: ReductionError, of: str) -> str:
+    """Return the residual and the estimated error of a reduced model, as text."""
+    residual = f"the equations of `{of}` keep a residual of {_share(error.residual)} the forces"
+    if error.relative is None:
+        return residual
+    return f"{residual}, which stands for an error of about {_share(error.relative)} its displacement"
+
+
+def _share(part: float) -> str:
+    """Return a ratio as text: `3 % of`, `2.5 times`."""
+    return f"{100 * part:.2g} % of" if part < 1.0 else f"{part:.2g} times"
+
+
+VOUCHER = Reductions()

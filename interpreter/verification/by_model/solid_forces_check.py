@@ -1,0 +1,328 @@
+"""Forces of finite elements found again: from energy densities, by an assembly that shares nothing with the solver."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
+from softmark.interpreter.models.shared.material_regions import own_points
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.load_forces_check import loads_on
+from softmark.interpreter.verification.reaction_balance import summed
+from softmark.interpreter.verification.support_reactions_check import held
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.records import dataclass
+from softmark.solvers.elements import CELLS
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
+from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, ForceBalance, StressTerm
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, FreeFaces
+
+LEFT = 50.0  # times the estimate of what rounding leaves
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A state of finite elements that is looked at again: what is found of it is found once."""
+
+    model: Fem
+    case: Case
+    mesh: Moved
+
+    @cached_property
+    def u(self) -> Floats:
+        """Displacements of the nodes (n, 3), m, in double precision."""
+        return np.asarray(self.mesh.displacement, dtype=np.float64)
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Which degrees of freedom supports hold (n, 3)."""
+        return held(self.case, self.mesh)
+
+    @cached_property
+    def loads(self) -> tuple[Floats, float]:
+        """Forces of all loads and beds at the nodes (n, 3), and what of them is not sure, N. Raises Unchecked."""
+        found, unsure = loads_on(self.case, self.mesh, self.u, self.model.strain == "small", self.model.mass)
+        if any(getattr(material, "pulls", False) for material in self.case.materials):
+            from softmark.interpreter.verification import fiber_directions_check
+
+            found = found + fiber_directions_check.pulls(self.case, self.mesh, self.u)
+        beds, vague = self.beds
+        return sum(beds.values(), found), unsure + vague
+
+    @cached_property
+    def beds(self) -> tuple[dict[str, Floats], float]:
+        """What every bed and contact does to the nodes (n, 3), N, and what of it is not sure, N. Raises Unchecked."""
+        found, unsure = dict[str, Floats](), 0.0
+        if self.case.beds:
+            from softmark.interpreter.verification.foundation_forces import of_beds
+
+            found, unsure = of_beds(self.case, self.mesh, self.u)
+        if self.case.contacts:
+            from softmark.interpreter.verification.contact_forces_check import of_contacts
+
+            touched, left = of_contacts(self.case, self.mesh, self.u)
+            found, unsure = found | touched, unsure + left
+        if self.case.pairs:
+            from softmark.interpreter.verification.self_contact_forces_check import of_pairs
+
+            found = found | of_pairs(self.case, self.mesh, self.u)
+        return found, unsure
+
+    @cached_property
+    def looked_at(self) -> Any:
+        """Nodes at which forces are checked (k,): a sample of a large mesh, or None for all nodes."""
+        if self.model.formulation != "displacement" or self.case.porous:
+            return None
+        return solid_forces.sample(len(self.mesh.points), self.mesh.cells, len(solid_forces.rule(self.mesh.kind)[1]))[0]
+
+    @cached_property
+    def balanced(self) -> tuple[Floats, float, float]:
+        """Forces, residual of the pressure equations and rounding, from `inside` at these nodes. Raises Unchecked."""
+        return self.inside(self.looked_at)
+
+    def inside(self, chosen: Any) -> tuple[Floats, float, float]:
+        """Forces of the cells around `chosen` nodes, at all nodes (n, 3), N; of cells with pressures those of all.
+
+        With what is left of the equations of pressures, and the rounding. Raises Unchecked.
+        """
+        try:
+            return self._inside(chosen)
+        except ValueError as reason:  # the energy has no differences there
+            raise Unchecked(str(reason)) from reason
+
+    def _inside(self, chosen: Any) -> tuple[Floats, float, float]:
+        if self.case.porous:
+            return self._soaked
+        if self.model.formulation != "displacement":
+            return self._pressed
+        near = _near(chosen, self.mesh)
+        found, noise = np.zeros_like(self.mesh.points), 0.0
+        for own, which in alone(self.case, self.mesh):
+            cells = self.mesh.cells[which][near[which]]
+            rules = own_points(own, self.mesh.mesh, which, False)
+            rules = None if rules is None else (rules[0][near[which]], rules[1][near[which]])
+            body = checked_body(self.model, own, self.mesh.points, cells, self.mesh.kind, self.u, rules)
+            body = self._remembering(own, body)
+            f, left = body.forces(cells)
+            found, noise = found + f, noise + left
+        return found, 0.0, noise
+
+    def _remembering(self, own: Case, body: Any) -> Any:
+        """The same with the past of its material, if that has one. Raises Unchecked."""
+        if not own.material.branches:
+            return body
+        from softmark.interpreter.verification import viscoelastic_forces_check
+
+        points = len(self.mesh.cells) * len(solid_forces.rule(self.mesh.kind)[1])
+        return viscoelastic_forces_check.remembering(
+            body, viscoelastic_forces_check.course_of(own, self.model.strain, self.mesh, points)
+        )
+
+    @cached_property
+    def _soaked(self) -> tuple[Floats, float, float]:
+        """Of a porous body, its skeleton's and its fluid's."""
+        from softmark.interpreter.verification import poroelastic_forces_check
+
+        body = checked_body(
+            self.model,
+            poroelastic_forces_check.skeleton(self.case),
+            self.mesh.points,
+            self.mesh.cells,
+            self.mesh.kind,
+            self.u,
+        )
+        f, noise = body.forces(self.mesh.cells)
+        fluid, lacking, more = poroelastic_forces_check.fluid_of(
+            self.case, self.mesh, self.u, self.model.strain == "small"
+        )
+        return f + fluid, lacking, noise + more
+
+    @cached_property
+    def _pressed(self) -> tuple[Floats, float, float]:
+        found, lacking, noise = np.zeros_like(self.mesh.points), 0.0, 0.0
+        for own, which in alone(self.case, self.mesh):
+            f, less, left = self._remembering(own, pressed(self.model, own, self.mesh, which)).forces()
+            found, lacking, noise = found + f, float(np.hypot(lacking, less)), noise + left
+        return found, lacking, noise
+
+
+def solved(model: Fem, case: Case, mesh: Moved | None) -> Solved:
+    """The state that a mesh is in. Raises Unchecked."""
+    if mesh is None or mesh.kind not in CELLS:
+        raise Unchecked(f"there is no other formula for {model.element}")
+    return Solved(model, case, mesh)
+
+
+def balance_of(state: Solved) -> ForceBalance:
+    """The forces of finite elements found again. Raises Unchecked."""
+    inside, lacking, noise = state.balanced
+    outside, unsure = state.loads
+    return solid_forces.balance(inside, outside, state.held, noise + unsure / LEFT, state.looked_at, lacking)
+
+
+def reactions_of(state: Solved) -> tuple[dict[str, Wrench], float]:
+    """What every support does, from the cells around what it holds, and what rounding leaves, N. Raises Unchecked."""
+    every = state.looked_at is None
+    inside, _, noise = state.balanced if every else state.inside(np.flatnonzero(state.held.any(axis=1)))
+    outside, unsure = state.loads
+    x = state.mesh.points if state.model.strain == "small" else state.mesh.points + state.u
+    held = by_support(state.case, state.mesh, inside - outside, x)
+    beds = {name: _alone(state.case, _told(state, name, f), x) for name, f in state.beds[0].items()}
+    return held | beds, LEFT * noise + unsure
+
+
+def _told(state: Solved, name: str, f: Floats) -> Floats:
+    """Of forces between pieces of a body (n, 3), those on all but the first."""
+    if all(pair.name != name for pair in state.case.pairs):
+        return f
+    from softmark.solvers.contact.contact_surface import others
+
+    told = others(state.mesh.mesh)
+    return f if told is None else np.where(told[:, None], f, 0.0)
+
+
+def _alone(case: Case, f: Floats, x: Floats) -> Wrench:
+    """Of forces f (n, 3), N, at nodes x (n, 3), m, all of one bed."""
+    whole = np.hstack([f, np.zeros_like(f)])
+    return summed({"bed": np.ones(whole.shape, dtype=np.bool_)}, whole, x, case.depth > 0.0)["bed"]
+
+
+def by_support(case: Case, mesh: Moved, left: Floats, x: Floats) -> dict[str, Wrench]:
+    """Of what is left (n, 3) at nodes x (n, 3): what each support of a mesh has."""
+    masks = {}
+    for support in case.supports:
+        own = held(replace(case, supports=(support,)), mesh)
+        masks[support.name] = np.hstack([own, np.zeros_like(own)])
+    return summed(masks, np.hstack([left, np.zeros_like(left)]), x, case.depth > 0.0)
+
+
+def _near(chosen: Any, mesh: Moved) -> Any:
+    """Which cells touch chosen nodes (m,)."""
+    mask = np.zeros(len(mesh.points), dtype=np.bool_)
+    mask[chosen] = True
+    return mask[mesh.cells].any(axis=1)
+
+
+def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pressed:
+    """The solid of a formulation with pressures, deformed: of `which` cells, of one material. Raises Unchecked."""
+    u, own = np.asarray(mesh.displacement, dtype=np.float64), None
+    if model.formulation == "mixed":
+        if mesh.pressures is None:
+            raise Unchecked("its pressures are not known")
+        own = mesh.pressures[which]
+    elif model.formulation != "mean_dilatation":
+        raise Unchecked(f"there is no other formula for formulation = {model.formulation}")
+    case = _at_ease(case)
+    material, body = case.plain.material, (mesh.points, mesh.cells[which], mesh.kind, u)
+    rules = own_points(case, mesh.mesh, which, True)
+    if getattr(material, "directed", False):
+        from softmark.interpreter.verification import fiber_directions_check
+
+        return fiber_directions_check.pressed_of(case, *body, own, rules)
+    material = getattr(material, "law", material)  # of what relaxes, that which it is at once
+    E, nu = material.young, material.poisson
+    split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
+    if split is None:
+        raise Unchecked(f"a {type(case.material).__name__} does not come apart into shape and volume")
+    if case.uniform:
+        return Pressed(*body, split, mu, own, case.depth)
+    from softmark.interpreter.verification.heterogeneous_constants_check import constants_of
+    from softmark.solvers.independent_forces.heterogeneous_forces import VaryingPressed
+    from softmark.solvers.independent_forces.heterogeneous_forces import pressed as varying
+
+    constants = constants_of(case)
+    E, nu = constants(mesh.points[mesh.cells[which]].mean(axis=1))
+    mu = float((E / (2.0 * (1.0 + nu))).max(initial=0.0))
+    apart = varying(material, model.strain, constants)
+    return VaryingPressed(*body, split, mu, own, case.depth, rules, apart=apart)
+
+
+def checked_body(
+    model: Fem, case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None
+) -> CheckedBody:
+    """Return some cells of one material, deformed, with their stress law. Raises Unchecked.
+
+    `rules` are local points (m, q, 3) and weights (m, q) of each cell, if they differ from those of the element:
+    constants are integrated there, and `verification/heterogeneous_constants_check.py` checks that with another
+    quadrature.
+    """
+    turned, case = model.rotation == "element", _at_ease(case)
+    if getattr(case.material, "directed", False):
+        from softmark.interpreter.verification import fiber_directions_check
+
+        return fiber_directions_check.body_of(case, points, cells, kind, u, rules)
+    if case.uniform:
+        terms, stiff = terms_of(model, case)
+        return CheckedBody(points, cells, kind, u, terms, stiff, turned, case.depth)
+    from softmark.interpreter.verification.heterogeneous_constants_check import constants_of
+    from softmark.solvers.independent_forces import heterogeneous_forces
+
+    strain = "small" if turned else model.strain
+    own = heterogeneous_forces.terms(case.plain.material, strain, model.integration == "selective")
+    if model.integration not in ("full", "selective") or own is None:
+        raise Unchecked(f"there is no other formula for a {type(case.material).__name__} whose constants vary")
+    if case.material.thin:
+        own = tuple(heterogeneous_forces.relaxed(term) for term in own)
+    constants = constants_of(case)
+    mu, lam = heterogeneous_forces.moduli(*constants(points[cells].reshape(-1, 3)))
+    stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max(initial=0.0))
+    return heterogeneous_forces.VaryingBody(
+        points, cells, kind, u, own, stiff, turned, case.depth, rules, constants=constants
+    )
+
+
+def _at_ease(case: Case) -> Case:
+    """The case of one material as it is when it does not pull: what muscle adds is counted with the loads."""
+    if not getattr(case.material, "pulls", False):
+        return case
+    from softmark.interpreter.verification import fiber_directions_check
+
+    return fiber_directions_check.passive(case)
+
+
+def terms_of(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
+    """The parts of the stress of a model, and its stiffest modulus, Pa. Raises Unchecked."""
+    terms, stiff = _of_solid(model, case)
+    if case.material.thin:
+        return tuple(replace(term, stress=FreeFaces(term.stress)) for term in terms), stiff
+    return terms, stiff
+
+
+def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
+    E, nu = case.material.young, case.material.poisson
+    mu, lam = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    stiff = 6.0 * mu + 9.0 * abs(lam)
+    if model.integration not in ("full", "selective"):
+        raise Unchecked(f"there is no other formula for {model.integration} integration")
+    selective, strain = model.integration == "selective", "small" if model.rotation == "element" else model.strain
+    if strain == "finite":
+        return _finite_terms(case.material, selective), stiff
+    law = solid_forces.small_stress if strain == "small" else solid_forces.corotational_stress
+    if selective:
+        return (StressTerm(law(mu, 0.0)), StressTerm(law(0.0, lam), centre=True)), stiff
+    return (StressTerm(law(mu, lam)),), stiff
+
+
+def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
+    """Stress at finite strain by differences of the energy density: one term, or two terms, of shear and the rest.
+
+    Raises Unchecked.
+    """
+    of = material.of if material.thin else material  # of a plate: the solid that it is made of
+    law, parts = of.finite_law(), of.finite_parts() if selective else None
+    if law is None or (selective and parts is None):
+        raise Unchecked(f"a {type(of).__name__} has no energy of finite strain that comes apart")
+    if parts is None:
+        return (StressTerm(EnergyStress(law.psi)),)
+    shear = parts[0]
+    rest = EnergyStress(lambda F: law.psi(F) - shear.psi(F))
+    return StressTerm(EnergyStress(shear.psi)), StressTerm(rest, centre=True)

@@ -1,0 +1,311 @@
+"""What vouches for finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
+from softmark.interpreter.models.shared.material_regions import typical
+from softmark.interpreter.models.shared.prepared_model import Solution
+from softmark.interpreter.problem.body_case import case_for
+from softmark.interpreter.verification import finer_space_error, material_stability
+from softmark.interpreter.verification.by_model.solid_forces_check import (
+    Solved,
+    balance_of,
+    pressed,
+    reactions_of,
+    solved,
+)
+from softmark.interpreter.verification.by_model.verifier import FINER, Found, Sized, from_coarser
+from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.estimation_budget import NOT_ASKED
+from softmark.interpreter.verification.frequency_errors import ToneAnswer
+from softmark.interpreter.verification.grid_convergence import HOPELESS
+from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, ProbeAnswer, Remembered, Unknown
+from softmark.interpreter.verification.solution_under_test import Answer
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.solvers.elements import named
+from softmark.solvers.independent_forces.solid_forces import ForceBalance
+
+THEORY = 2.0  # times the distance of two strain measures on another mesh
+ALIKE = 1.25  # the same on the mesh itself
+TIGHT = 0.49  # Poisson's ratio from which quadratic cells converge more slowly
+SEEPING = 2.0  # the order of pressures of fluid, which are linear in every cell, and of what follows them
+AGREEING = 0.67  # of what cells differ by on their own: less is left of it on the finer space where a stress is smooth
+OTHERS = 0.8  # solutions that are kept for coarser meshes, where a finer space costs too much, and for other parts
+SYSTEM = 0.6  # of a system of as many unknowns that is built and factored: what one that is iterated on takes, about
+CHANCE = 0.5  # of the distance in the cells around it: as near may be the one point that is looked at
+LOST = 1.7  # how much more they then leave: 1 / (1 - 2^-1/2) over 1 / (1 - 1/2), of order a half
+
+
+def _largest_poisson(answer: Answer) -> float:
+    """Of what the cells are made of: files are read by now."""
+    mesh = None if answer.mesh is None else answer.mesh.mesh
+    return float(max(material.poisson for material in typical(answer.own, mesh)))
+
+
+class Solids(Sized):
+    """Of finite elements: forces by formulas of their own, a finer space over the same cells, the best strain."""
+
+    holds = True
+
+    def facts(self, found: Found) -> dict[str, Any]:
+        """Where its law gives way; of a solid that keeps its volume, by how much a cell does not, and the whole."""
+        return material_stability.facts(found) | self._volumes(found)
+
+    def _volumes(self, found: Found) -> dict[str, Any]:
+        mesh = found.solution.mesh
+        if mesh is None or found.case.largest_poisson < 0.5 or not found.case.uniform:
+            return {}
+        each = [(own, which) for own, which in alone(found.case, mesh) if own.material.poisson >= 0.5]
+        try:
+            grown = [pressed(found.declared.thing, own, mesh, which).grown() for own, which in each]
+        except Unchecked:  # the balance of forces says why
+            return {}
+        whole = {"body_volume": grown[0][1]} if not found.case.parts else {}
+        return {"volume": max((most for most, _ in grown), default=0.0), **whole}
+
+    def balance(self, found: Found) -> tuple[ForceBalance, float | None]:
+        """By the formulas of solvers/independent_forces/solid_forces.py. Raises Unchecked."""
+        return balance_of(self._solved(found)), found.solution.facts.get("residual")
+
+    def reactions(self, found: Found) -> tuple[dict[str, Wrench], float]:
+        """By the same formulas, from the cells around what is held. Raises Unchecked."""
+        return reactions_of(self._solved(found))
+
+    def rounding(self, found: Found) -> float:
+        """Rounding of the cells around supported nodes, N: eps times the force at a strain of one."""
+        state = self._solved(found)
+        return state.inside(np.flatnonzero(state.held.any(axis=1)))[2]
+
+    def _solved(self, found: Found) -> Solved:
+        """The state, with what is found of it; once. Raises Unchecked."""
+        if Solids not in found.known:
+            found.known[Solids] = solved(found.declared.thing, found.case, found.solution.mesh)
+        known: Solved = found.known[Solids]
+        return known
+
+    def cells(self, answer: Answer) -> int:
+        """Of the mesh, whether they are evaluated or not."""
+        return super().cells(answer) if answer.mesh is None else len(answer.mesh.cells)
+
+    # ------------------------------------------------------------------ discretisation
+
+    def discretisation(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """From a finer space over the same cells, or else from coarser meshes. Raises Unknown.
+
+        A finer space knows nothing of how far loads press a rigid body in it.
+        """
+        why = ""
+        if not (isinstance(answer.case.analysis, Dynamic) or answer.case.remembers or answer.case.pressed):
+            try:
+                return self._from_finer(answer, seen)
+            except Unknown as unknown:
+                why = str(unknown)
+        if why == NOT_ASKED:
+            raise Unknown(why)
+        try:
+            return self._from_coarser(answer, seen)
+        except Unknown as unknown:
+            raise Unknown(f"{why}; {unknown}" if why and why != str(unknown) else str(unknown)) from unknown
+
+    def _from_finer(self, answer: Answer, seen: ProbeAnswer) -> float:
+        fine: ProbeAnswer
+        if isinstance(seen, ToneAnswer):
+            fine = replace(seen, vibrations=lambda count: self._tones(answer, count))
+        elif seen.in_forces and (answer.case.contacts or answer.case.pairs):
+            raise Unknown("how bodies touch on a finer space over the same cells is not known")
+        else:
+            fine = seen.of(self._above(answer).solution)
+        apart = fine.change(seen)
+        if apart > TRIFLE * fine.size:
+            apart = max(apart, CHANCE * self._around(answer, seen))
+        size = fine.beside(apart)
+        left = self._leaves(answer) * apart
+        if not left <= HOPELESS * size:
+            raise Unknown(f"the mesh is too coarse to say: a finer space is {100 * apart / (size or apart):.3g} % away")
+        return left
+
+    def _around(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """How far the finer space is at the nodes of the cells around a single point, in the unit of its metric.
+
+        At one point two meshes that both err may agree by chance, where their distance changes its sign; not at all
+        nodes around it. Nothing of what is not about a single point.
+        """
+        mesh, tensors = answer.mesh, seen.tensors_at_one
+        if mesh is None or not (seen.single or tensors):
+            return 0.0
+        X, cells = mesh.mesh.points, mesh.mesh.cells
+        nearest = int(np.linalg.norm(X - seen.X[-1], axis=1).argmin())
+        nodes = np.unique(cells[(cells == nearest).any(axis=1)])
+        solution = self._above(answer).solution
+        if tensors:
+            return seen.around(X[nodes], solution)
+        fine = solution.displacement
+        assert fine is not None
+        return seen.of_single(np.asarray(fine(X[nodes])) - mesh.displacement[nodes])
+
+    def is_singular(self, answer: Answer, seen: ProbeAnswer) -> bool:
+        """Return whether the finer space barely reduces the stress difference of cells at the place; False for a mean.
+
+        Where a stress grows like r^-a, halving the cells multiplies that difference by 2^a; where it is smooth, by 1/2
+        or less. Measured: 0.75 to 1.8 in a corner of 270 degrees, 0.04 to 0.6 where a stress has a limit.
+        """
+        metric: Any = seen.metric
+        if metric.over == "mean":
+            return False
+        try:
+            fine = seen.of(self._above(answer).solution)
+        except Unknown:
+            return True
+        if seen.stress is None or fine.stress is None:
+            return True
+        own, finer = seen.stress(), fine.stress()
+        place = int(np.abs(metric.values(finer.at(seen.X))).argmax())
+        X = seen.X[place : place + 1]
+        return bool(finer.unresolved(X)[0] > AGREEING * own.unresolved(X)[0])
+
+    def _leaves(self, answer: Answer) -> float:
+        """The error over the distance to the finer space; more of quadratic cells that must keep the volume.
+
+        Their displacements are then too few, and an order is lost (Babuska and Suri 1992, "Locking effects in the
+        finite element approximation of elasticity problems").
+        """
+        thing: Fem = answer.solid.thing
+        element = named(thing.element)
+        full = thing.integration == "full" and thing.formulation == "displacement"
+        tight = full and element.order > 1 and not answer.own.material.thin and _largest_poisson(answer) >= TIGHT
+        return element.leaves * (LOST if tight else 1.0)
+
+    def _above(self, answer: Answer) -> finer_space_error.Above:
+        own = (answer.scene, answer.solid, answer.own)
+
+        def find() -> finer_space_error.Above:
+            with answer.budget.reserving(OTHERS):
+                solved = answer.on_nodes(SYSTEM * (4.0 if answer.case.planar else 8.0) * answer.system)
+                return finer_space_error.found(*own, solved, answer.tangent, answer.budget)
+
+        above: finer_space_error.Above = answer.once("above", find)
+        return above
+
+    def _finer(self, answer: Answer) -> Remembered:
+        found: Remembered = self._above(answer).solution.displacement  # type: ignore[assignment]
+        return found
+
+    def _tones(self, answer: Answer, count: int) -> Floats:
+        def find() -> Floats:
+            coarse, known = answer.tangent()
+            return self._above(answer).frequencies(coarse, answer.state, known, count)
+
+        found: Floats = answer.once(f"tones {count}", find)
+        return found
+
+    def _from_coarser(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """From one or two coarser meshes. Raises Unknown."""
+        thing: Fem = answer.solid.thing
+        if not answer.own.material.thin and thing.locks_at(_largest_poisson(answer)):
+            raise Unknown("its element locks at this Poisson's ratio, and coarse meshes agree on what is wrong")
+        order = SEEPING if answer.case.porous else float(thing.order)
+        return from_coarser(self.coarser(answer), seen, order, answer)
+
+    def loads_left(self, answer: Answer, seen: ProbeAnswer, missing: float) -> float:
+        """Return the relative load error that the finer space has too; the distance to it contains the rest."""
+        if isinstance(answer.case.analysis, Dynamic) or (
+            seen.in_forces and (answer.case.contacts or answer.case.pairs)
+        ):
+            return missing
+        try:
+            finer = self._above(answer).missing
+        except Unknown:
+            return missing
+        own = {name: load.missing for name, load in answer.result.loads.items()}
+        return max((max(0.0, 2.0 * left - own[name]) for name, left in finer.items() if name in own), default=missing)
+
+    # ------------------------------------------------------------------ the measure of strain
+
+    def model(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """How far the model is from the same with the best strain measure that its material has. Raises Unknown."""
+        thing: Fem = answer.solid.thing
+        best = self._best(answer, thing)
+        if best == {}:
+            return 0.0
+        if isinstance(answer.case.analysis, Dynamic):
+            return THEORY * self._measures_apart(answer, seen, best)
+        apart = self._best_apart(answer, seen, thing, best)  # before a finer space takes what is left to spend
+        return ALIKE * self._grown(answer, seen) * apart if apart > 0.0 else 0.0
+
+    def _best(self, answer: Answer, thing: Fem) -> dict[str, Any]:
+        """What the model would be with the best strain measure that there is, where it is another."""
+        whole = answer.own  # with the material that the model takes: another law is another question
+        materials = whole.materials
+        finite = [material.finite_law() is not None for material in materials]
+        if whole.porous and thing.strain != "finite" and not all(finite):
+            raise Unknown("fluid seeps through it, and what another measure of strain makes of that is not tried")
+        if any(finite) and not all(finite):
+            raise Unknown("its materials have no measure of strain in common that is the best of each")
+        strain = "finite" if all(finite) else "corotational"
+        if whole.remembers and not whole.porous and thing.strain != strain:
+            raise Unknown("its stress relaxes, and what another measure of strain makes of that is not tried")
+        best: dict[str, Any] = {"strain": strain, "rotation": "point"}
+        best |= {"mass": "consistent"} if thing.mass == "uniform" else {}
+        if thing.integration == "selective" and strain == "finite" and any(m.finite_parts() is None for m in materials):
+            best["integration"] = "full"
+        return best if any(getattr(thing, n) != v for n, v in best.items()) else {}
+
+    def _best_apart(self, answer: Answer, seen: ProbeAnswer, thing: Fem, best: Mapping[str, Any]) -> float:
+        """The distance between the model and the best, both on its own mesh and of one discretisation."""
+        own, alike = seen, self._likened(answer, thing, best)
+        right = self._another(answer, seen, "best", thing, **best, **alike)
+        if alike:
+            own = self._another(answer, seen, "alike", thing, **alike)
+        apart = right.change(own)
+        if not apart <= HOPELESS * right.beside(apart):
+            raise Unknown("the best strain of its material leads to quite another state")
+        return apart
+
+    def _likened(self, answer: Answer, thing: Fem, best: Mapping[str, Any]) -> dict[str, Any]:
+        """How both keep the volume where means of it leave unlike parts of the laws at every point of a cell."""
+        materials = answer.own.materials
+        split = all(material.finite_parts() is not None for material in materials)
+        if thing.formulation == "mean_dilatation" and best["strain"] == "finite" != thing.strain and split:
+            return {"formulation": "displacement", "integration": "selective"}
+        return {}
+
+    def _another(self, answer: Answer, seen: ProbeAnswer, key: str, thing: Fem, **changes: Any) -> ProbeAnswer:
+        """What is seen of another model on the same mesh. Raises Unknown."""
+        other = replace(answer.solid, thing=thing.plain(**changes))
+        touching = answer.case.contacts or answer.case.pairs or isinstance(seen, ToneAnswer)  # which needs its modes
+        if answer.case.porous or answer.case.pressed or (seen.in_forces and touching):  # the past counts, or the place
+            return seen.of(answer.solved(f"{key} at rest", other, case_for(answer.scene, other))[0])
+        own = (answer.scene, other, case_for(answer.scene, other))
+        found: Solution = answer.once(
+            key, lambda: finer_space_error.alike(*own, answer.on_nodes(0.5), answer.tangent, answer.budget)
+        )
+        return seen.of(found)
+
+    def _grown(self, answer: Answer, seen: ProbeAnswer) -> float:
+        """What a mesh that is too stiff hides of the error of its strain, which grows with the square of the motion."""
+        if seen.in_forces or answer.case.porous or answer.case.pressed:
+            return 1.0
+        try:
+            fine = seen.at(self._finer(answer))
+        except Unknown:
+            return 1.0
+        own = float(np.linalg.norm(seen.u))
+        return max(1.0, (float(np.linalg.norm(fine.u)) / own) ** 2) if own > 0.0 else 1.0
+
+    def _measures_apart(self, answer: Answer, seen: ProbeAnswer, best: Mapping[str, Any]) -> float:
+        """The distance between the model and the best, both on a coarser mesh."""
+        (own, _), *_ = self.coarser(answer)
+        better = answer.sized(FINER, **best)
+        solution, _ = answer.solved("best", better, case_for(answer.scene, better))
+        return seen.of(solution).apart(seen.of(own))
+
+
+VOUCHER = Solids()

@@ -1,0 +1,58 @@
+"""Where the pressure of a contact has no limit: at the edge of a sharp punch, and under the tip of a cone.
+
+Beneath the edge of a flat punch it grows with the distance d from it as d^(-1/2) (Sadowsky 1928, ZAMM 8), under the tip
+of a cone with the logarithm (Love 1939, Quart. J. Math. 10): every refinement finds more. A rounded one has a limit.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.metrics.contact import ContactPressure
+from softmark.interpreter.metrics.pressure_along import PressureAlong
+from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
+from softmark.interpreter.problem.data_sets import located
+from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.mesh.nearest_points import neighbours
+
+if TYPE_CHECKING:
+    from softmark.interpreter.metrics.metric_base import Metric
+    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.solvers.mesh.mesh import Floats
+
+
+def limitless_pressure(metric: Metric | None, case: Case, rest: AtRest | None, X: Floats) -> str | None:
+    """Why a metric of contact pressure, that looks at X (n, 3), m, has no limit; None if it has.
+
+    It is where a sharp edge or tip of the rigid body lies within a facet that is pressed, and the metric looks there.
+    """
+    if not isinstance(metric, ContactPressure | PressureAlong) or rest is None or not rest.knows(metric.concerned):
+        return None
+    touch = next((touch for touch in case.contacts if touch.name == metric.of), None)
+    field: Any = rest.touches[metric.of].field if metric.of in rest.touches else None
+    gap = None if touch is None else gap_of(located(touch.rigid.thing.shape, touch.rigid.at("shape")))
+    if touch is None or field is None or gap is None or gap.sharpest > 0.0:
+        return None
+    if isinstance(metric, ContactPressure):
+        X = np.zeros((0, 3)) if metric.at is None else np.array([metric.at])
+    places, flat = _sharp(case, touch, field.X), (1.0, 1.0, 0.0) if case.planar else (1.0, 1.0, 1.0)
+    x, pressed = field.pressing.x[field.may] * flat, field.pressing.pressures[field.may] > 0.0
+    if not len(places) or not pressed.any():
+        return None
+    reach = field.edge
+    there = neighbours(places, len(x)).distance(x) < reach
+    if len(X):  # looked at by places before deformation
+        there &= neighbours(X * flat, len(x)).distance(field.X[field.may] * flat) < reach
+    return f"a sharp edge or tip of `{touch.rigid.name}`" if (there & pressed).any() else None
+
+
+def _sharp(case: Case, touch: Touch, X: Floats) -> Floats:
+    """Points (n, 3) of a rigid body that are sharp, where supports have taken it, m; in the plane with z = 0."""
+    shape = located(touch.rigid.thing.shape, touch.rigid.at("shape"))
+    surface = surface_in_space(shape, X)
+    found, pose = sharp_in_section(*surface) if case.planar else sharp(*surface), pose_at(touch, 1.0)
+    return found if pose is None else pose.moved(found)

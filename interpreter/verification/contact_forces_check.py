@@ -1,0 +1,378 @@
+"""What rigid bodies do to a body counted once more, for the watchdog, and whether any of it is behind them.
+
+Distances, the law of the gap, areas and the way of a rigid body by formulas of their own
+(solvers/independent_forces/rigid_contact_forces.py). What the law is for, its distance and its stiffness, is taken as
+it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
+from softmark.interpreter.models.shared.rigid_contact_setup import barrier_of, inner_steps
+from softmark.interpreter.verification.load_forces_check import selected
+from softmark.interpreter.verification.support_reactions_check import held, motion
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.solvers.contact.signed_distance import gap_of
+from softmark.solvers.contact.signed_distance.distance_function import inside as depth_of_middle
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.independent_forces import (
+    penetration_depth,
+    point_in_deformed_body,
+    rigid_contact_forces,
+    solid_forces,
+)
+from softmark.solvers.independent_forces.rigid_friction_forces import taken
+from softmark.solvers.independent_forces.solid_forces import EPS, Floats, Ints
+from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.tubes import Tube
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.solvers.contact.surface_points import Joined
+    from softmark.solvers.mesh.shape import Shape
+
+ROUND = 1e-9  # of a shape function: what is less is nothing
+CLOSE = 5e-3  # of the size of a facet, and the barrier's distance: what is farther from a rigid body is not at it
+HALF = 0.9  # of the distance from the middle of a rigid body to its surface: facets that cut in so far go through it
+PUSHED = 0.1  # of a force: less against the normal of a facet does not push it back
+MISSED = 1e-4  # of the size of a body: what a `where` may leave behind a rigid body
+ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
+
+
+def of_contacts(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
+    """Forces on the nodes (n, 3), N, of every contact by name, and what of them is not sure, N. Raises Unchecked."""
+    found, unsure = dict[str, Floats](), 0.0
+    for touch in case.contacts:
+        found[touch.name], left = of_contact(case, touch, mesh, u)
+        unsure += left
+    return found, unsure
+
+
+def seen(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None]:
+    """What a report says of every contact, by name, and why the state is no answer, if a node is behind a rigid body.
+
+    `least_gap` is that of all nodes that may touch, m, and `overlap` how deep facets cut into the rigid body between
+    their nodes, m, where they were looked at.
+    """
+    found, reason = {}, None
+    for touch in case.contacts:
+        own: dict[str, Any] = {"least_gap": None, "overlap": None}
+        try:
+            own |= _seen(case, touch, mesh, u)
+            deep = _missed(case, touch, mesh, u)
+            swallowed = _swallowed(case, touch, mesh, u)
+        except Unchecked as unknown:
+            found[touch.name] = own | {"reason": str(unknown)}
+            continue
+        found[touch.name] = own
+        if not own["least_gap"] > 0.0:
+            reason = f"a node is {-own['least_gap']:.1e} m behind the surface of `{touch.rigid.name}`"
+        if _passes_between_nodes(case, touch, mesh, u, own):
+            reason = (
+                f"facets of `{case.body.name}` cut {1e3 * own['overlap']:.2g} mm into `{touch.rigid.name}` between "
+                "their nodes, half of its thickness, and it does not push them back: use cells smaller than it"
+            )
+        if swallowed:
+            reason = f"`{touch.rigid.name}` is inside `{case.body.name}`: it went in between the points that are kept "
+            reason += "clear of it: take cells that are smaller than it"
+        if deep > MISSED * mesh.mesh.extent:
+            reason = (
+                f"`{touch.rigid.name}` is {1e3 * deep:.2g} mm inside where `{touch.name}` keeps nothing clear of it"
+            )
+            reason += ": choose another `where`"
+    return {"contact": found}, reason
+
+
+def _passes_between_nodes(case: Case, touch: Touch, mesh: Moved, u: Floats, own: dict[str, Any]) -> bool:
+    """Return whether facets cut a rigid body in half and it does not push them back. Raises Unchecked.
+
+    It pushes them back where its force has a part against the outward normal of the facet that is cut most deeply.
+    """
+    gap = gap_of(touch.rigid.thing.shape)
+    if gap is None or not (own["overlap"] or 0.0) >= HALF * depth_of_middle(gap) > 0.0:
+        return False
+    x = mesh.points + u
+    corners = x[_facets(case, touch, mesh)[:, :3]]
+    cut = corners[np.linalg.norm(corners.mean(axis=1) - own["deepest"], axis=1).argmin()]
+    normal = np.cross(cut[1] - cut[0], cut[2] - cut[0])
+    force = of_contact(case, touch, mesh, u)[0].sum(axis=0)
+    return not -float(force @ normal) > PUSHED * float(np.linalg.norm(force) * np.linalg.norm(normal))
+
+
+def _missed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> float:
+    """How deep nodes that no contact with a rigid body asks for are behind it, m; those that are held are left out."""
+    if touch.thing.where is EVERYWHERE:
+        return 0.0
+    others = [other for other in case.contacts if other.rigid.name == touch.rigid.name]
+    asked = np.unique(np.concatenate([_facets(case, other, mesh).ravel() for other in others]))
+    whole = replace(touch, declared=replace(touch.declared, thing=replace(touch.thing, where=EVERYWHERE)))
+    still = np.flatnonzero(np.asarray(held(replace(case, supports=case.named_supports), mesh)).any(axis=1))
+    nodes = np.setdiff1d(_facets(case, whole, mesh), np.concatenate([asked, still]))
+    x = _flat(case, mesh.points + u)[nodes]
+    return max(0.0, -float(_asked(_where(touch), x)[0].min(initial=0.0)))
+
+
+def _swallowed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> bool:
+    """Whether a rigid body lies in the body, where no node and no facet is behind it.
+
+    Its middle does; where that is in a hollow of it, all of its surface.
+    """
+    gap = gap_of(touch.rigid.thing.shape)
+    if gap is None or gap.centroid is None:
+        return False
+    look, inside = _where(touch), _matter(case, mesh, u)
+    middle = _flat(case, taken(np.array([gap.centroid]), *motion(touch)))
+    if _asked(look, middle)[0][0] < 0.0:
+        return inside(middle[0])
+    low, high = _ends(touch)
+    places = point_in_deformed_body.skin(partial(_asked, look), low, high, bool(case.planar))
+    if case.depth:  # of both sides of the axis one
+        places[:, 0] = np.abs(places[:, 0])
+    return bool(len(places)) and all(map(inside, places))
+
+
+def _matter(case: Case, mesh: Moved, u: Floats) -> Callable[[Floats], bool]:
+    """Whether a point (3,), m, is in the body, deformed; of one that is plane, or of revolution, by its section."""
+    facets, x = np.asarray(mesh.mesh.facets), mesh.points + u
+    if case.planar:  # one face of the slice
+        z = mesh.points[:, 2]
+        facets = facets[z[facets].max(axis=1) < 0.5 * (z.min() + z.max())]
+    triangles = x[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
+    if case.planar:
+        return lambda p: point_in_deformed_body.in_plane(p[:2], triangles[..., :2])
+    return lambda p: point_in_deformed_body.in_space(p, triangles)
+
+
+def _ends(touch: Touch) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates of a rigid body where supports have taken it, m, or farther out."""
+    shape = touch.rigid.thing.shape
+    if (ends := shape.bounds) is None:
+        points = shape.surface(0.0)[0]
+        ends = points.min(axis=0), points.max(axis=0)
+    corners = taken(np.array(list(product(*zip(*ends, strict=True)))), *motion(touch))
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
+    facets, look = _facets(case, touch, mesh), _where(touch)
+    x = _flat(case, mesh.points + u)
+    nodes = np.setdiff1d(np.unique(facets), _still(case, mesh))
+    gaps = np.full(len(x), np.inf)
+    gaps[nodes] = _asked(look, x[nodes])[0]
+    corners = x[facets]
+    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    near = facets[gaps[facets].min(axis=1) < size]  # what lies farther cannot touch between its nodes
+    kind = FACETS[facets.shape[1]]
+    triangles = np.array(kind.rim)[np.array(kind.halves)]
+    convex = bool(touch.rigid.thing.shape.convex)
+    try:
+        deep, place = penetration_depth.deepest(
+            look, x[near], partial(solid_forces.shape, facets.shape[1]), triangles, convex
+        )
+    except ValueError as many:
+        raise Unchecked(str(many)) from many
+    found = {"least_gap": float(gaps[nodes].min(initial=np.inf)), "overlap": max(0.0, -deep), "facets": len(near)}
+    return found | ({"deepest": place.tolist()} if deep < 0.0 else {})
+
+
+def of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+    """Forces on the nodes (n, 3), N, of one contact, and what of them is not sure, N. Raises Unchecked."""
+    facets, barrier = _facets(case, touch, mesh), barrier_of(case, touch, mesh.mesh)
+    barrier = barrier.stiffer(mesh.stiffer)
+    of, N, A = _points(case, touch, mesh, facets)
+    joined = mesh.joined.get(touch.name)
+    if joined is not None:
+        of, N, A = _with((of, N, A), joined)
+    x = _flat(case, np.einsum("pa,pai->pi", N, (mesh.points + u)[of]))
+    g, n = _asked(_where(touch), x)
+    if joined is not None:
+        size = float(np.linalg.norm(np.ptp(mesh.points[facets], axis=1), axis=1).max())
+        g, n = _before_planes(joined, touch, x, g, n, barrier.distance + CLOSE * size)
+    p, slope = rigid_contact_forces.pressure(g, barrier.distance, barrier.stiffness, barrier.bend)
+    p = np.where(A > 0.0, p, 0.0)
+    push = _flat(case, (A * p)[:, None] * n)
+    if touch.thing.friction:
+        from softmark.interpreter.verification.friction_forces_check import rubbed
+
+        spring = barrier.stiffness / barrier.distance
+        push += A[:, None] * rubbed(touch, mesh, (of, N), x, _flat(case, n), p, spring, bool(case.planar))
+        slope = slope + spring
+    found = np.zeros_like(u)
+    np.add.at(found, of, N[:, :, None] * push[:, None, :])
+    size = float(np.abs(mesh.points).max(initial=0.0)) + float(np.abs(u).max(initial=0.0))
+    return found, 4.0 * EPS * size * float((A * slope).sum())
+
+
+def _with(points: tuple[Ints, Floats, Floats], joined: Joined) -> tuple[Ints, Floats, Floats]:
+    """With those that have joined, as a state says: what they stand for is taken as it is, as what the law is for."""
+    of, N, A = points
+    own = joined.points
+    width = max(of.shape[1], own.of.shape[1])
+
+    def wide(rows: Floats | Ints) -> Any:
+        return np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
+
+    of, N = (np.concatenate([wide(a), wide(b)]) for a, b in ((of, own.of), (N, own.shares)))
+    return of, N, np.concatenate([A, own.A])
+
+
+def _before_planes(joined: Joined, touch: Touch, x: Floats, g: Floats, n: Floats, near: float) -> tuple[Floats, Floats]:
+    """Gaps and normals with those of points that have joined to their planes: of such as are at the body in truth."""
+    c, ends = (taken(points, *motion(touch)) for points in (joined.c, joined.c + joined.n))
+    new = slice(len(g) - len(c), None)
+    g, n, own = g.copy(), n.copy(), ((x[new] - c) * (ends - c)).sum(axis=1)
+    g[new], n[new] = np.where(np.abs(g[new]) < near, own, np.inf), ends - c
+    return g, n
+
+
+def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, Floats, Floats]:
+    """What is kept clear: nodes (p, a) of points, their shares (p, a) and areas (p,), m^2.
+
+    Of points inside facets those of every facet by itself, each point in all that have it.
+    """
+    kind, still = facets.shape[1], _still(case, mesh)
+    if not (steps := inner_steps(case, touch, mesh.points, facets)):
+        triangles = facets[:, np.array(FACETS[kind].triangles)].reshape(-1, 3)
+        area = rigid_contact_forces.shares(mesh.points, triangles, case.depth)
+        nodes = np.setdiff1d(np.flatnonzero(area > 0.0), still)
+        return nodes[:, None], np.ones((len(nodes), 1)), area[nodes]
+    xi = FACETS[kind].lattice(steps)
+    N, split = solid_forces.shape(kind, xi), rigid_contact_forces.lattice(FACETS[kind].square, steps)
+    X = np.einsum("la,fai->fli", N, mesh.points[facets]).reshape(-1, 3)
+    each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
+    free = (np.abs(N) > ROUND) @ ~np.isin(facets, still).T
+    A = rigid_contact_forces.shares(X, each, case.depth) * free.T.ravel()
+    return np.repeat(facets, len(xi), axis=0), np.tile(N, (len(facets), 1)), A
+
+
+def _still(case: Case, mesh: Moved) -> Ints:
+    """Nodes that supports hold in every way: these neither press nor give way."""
+    found: Ints = np.flatnonzero(held(case, mesh).all(axis=1))
+    return found
+
+
+def _flat(case: Case, x: Floats) -> Floats:
+    """Of a plane body, in its plane."""
+    return x * (1.0, 1.0, 0.0) if case.planar else x
+
+
+def _asked(look: rigid_contact_forces.Distance, x: Floats) -> tuple[Floats, Floats]:
+    try:
+        return look(x)
+    except ValueError as many:
+        raise Unchecked(str(many)) from many
+
+
+def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
+    """Those that may touch (f, k): that are selected, and of which a node at least is free. Raises Unchecked."""
+    where, facets = touch.thing.where, np.asarray(mesh.mesh.facets)
+    if where is not EVERYWHERE:
+        swept = selected(where, case, mesh.mesh)
+        facets = np.concatenate([np.concatenate([whole, parts[0]]) for whole, parts, _ in swept])
+        facets = np.unique(facets, axis=0)
+    if case.planar:
+        X = mesh.points[facets]
+        way = np.cross(X[:, 1] - X[:, 0], X[:, 2] - X[:, 0])
+        facets = facets[np.abs(way[:, 2]) < 0.5 * np.linalg.norm(way, axis=1)]
+    if case.depth:  # on the axis a body of revolution goes on
+        facets = facets[mesh.points[facets, 0].sum(axis=1) > EPS * np.abs(mesh.points).sum()]
+    named = held(replace(case, supports=case.named_supports), mesh).any(axis=1)
+    free: Ints = facets[np.logical_not(np.asarray(named)[facets].all(axis=1))]
+    return free
+
+
+# ------------------------------------------------------------------ rigid bodies
+
+
+def _where(touch: Touch) -> rigid_contact_forces.Distance:
+    """The distance to a rigid body where supports have taken it: turned, and then shifted. Raises Unchecked."""
+    return rigid_contact_forces.carried(_distance(touch.rigid.thing.shape), *motion(touch))
+
+
+def _distance(shape: Shape) -> rigid_contact_forces.Distance:
+    """That of a shape where it is declared. Raises Unchecked."""
+    make = DISTANCES.get(type(shape))
+    if make is None:
+        raise Unchecked(f"there is no other formula for the distance to a {type(shape).__name__}")
+    found: rigid_contact_forces.Distance = make(shape)
+    return found
+
+
+def _half_space(shape: Any) -> rigid_contact_forces.Distance:
+    return rigid_contact_forces.half_space(shape.origin, shape.normal)
+
+
+def _box(shape: Any) -> rigid_contact_forces.Distance:
+    high = np.array(shape.origin) + np.array(shape.size)
+    return rigid_contact_forces.box(shape.origin, high, getattr(shape, "rounding", 0.0))
+
+
+def _cylinder(shape: Any) -> rigid_contact_forces.Distance:
+    s, r, h = getattr(shape, "inner", 0.0), shape.radius, shape.length
+    return _around(shape, [(s, 0.0), (r, 0.0), (r, h), (s, h)])
+
+
+def _punch(shape: Any) -> rigid_contact_forces.Distance:
+    q, r, h = shape.rounding, shape.radius, shape.length
+    return _around(shape, [(0.0, q), (r - q, q), (r - q, h - q), (0.0, h - q)], q)
+
+
+def _tip(shape: Any) -> rigid_contact_forces.Distance:
+    q, h = shape.rounding, shape.length - shape.rounding
+    return _around(shape, [(0.0, q), (np.tan(0.5 * shape.angle) * (h - q), h), (0.0, h)], q)
+
+
+def _cone(shape: Any) -> rigid_contact_forces.Distance:
+    end = [(shape.end, shape.length)] if shape.end else []
+    return _around(shape, [(0.0, 0.0), (shape.radius, 0.0), *end, (0.0, shape.length)])
+
+
+def _around(shape: Any, corners: Any, rounding: float = 0.0) -> rigid_contact_forces.Distance:
+    return rigid_contact_forces.turned(
+        rigid_contact_forces.polygon(corners, rounding, mirrored=True), shape.origin, shape.axis
+    )
+
+
+def _extruded(shape: Any) -> rigid_contact_forces.Distance:
+    section = rigid_contact_forces.polygon(shape.corners)
+    return rigid_contact_forces.prism(section, ORDERS[shape.along], shape.base, shape.base + shape.height)
+
+
+def _enclosed(shape: Any) -> rigid_contact_forces.Distance:
+    return rigid_contact_forces.enclosed(*shape.surface(0.0))
+
+
+DISTANCES: Mapping[type, Callable[[Any], rigid_contact_forces.Distance]] = {
+    HalfSpace: _half_space,
+    Sphere: lambda shape: rigid_contact_forces.ball(shape.origin, shape.radius),
+    SphericalShell: lambda shape: rigid_contact_forces.hollow(shape.origin, shape.radius, shape.inner),
+    Box: _box,
+    RoundedBox: _box,
+    Cylinder: _cylinder,
+    Tube: _cylinder,
+    Cone: _cone,
+    Revolved: lambda shape: _around(shape, shape.outline),
+    Punch: _punch,
+    Tip: _tip,
+    Extruded: _extruded,
+    Filled: _enclosed,
+    MeshFile: _enclosed,
+    Union: _enclosed,
+    Difference: _enclosed,
+    Intersection: _enclosed,
+}

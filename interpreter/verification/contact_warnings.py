@@ -1,0 +1,155 @@
+"""What a mesh makes of contacts with rigid bodies: what of a selection may touch, and how facets cut into what presses.
+
+A facet may touch as a whole, be it that `where` selects a part of it alone. What presses on such facets may be that
+much wrong, and is that part of the stated error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.number_formatting import rounded
+from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
+from softmark.interpreter.metrics.pressure_along import PressureAlong
+from softmark.interpreter.models.shared.rigid_contact_setup import longest
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
+from softmark.interpreter.verification.contact_error import beyond
+from softmark.solvers.contact.signed_distance import gap_of
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.metrics.metric_base import Metric
+    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.interpreter.results.reaction_results import AtRest
+    from softmark.interpreter.verification.probe_errors import ProbeAnswer
+    from softmark.interpreter.verification.solution_under_test import Answer
+    from softmark.solvers.mesh.mesh import Mesh
+
+NOTHING = 1e-6  # of the size of the body
+WIDE = 0.05  # of how far the body moves: such a gap may be a tenth of a force, and more of what else is told
+DEEP = 0.25  # of how far the body moves, or of the least radius of what presses: facets that cut in so far miss it
+
+
+def shares(case: Case, mesh: Mesh | None) -> dict[str, float]:
+    """The area of facets that may touch over that of what each contact selects, by name, as far as that is known."""
+    found = {touch.name: _share(case, touch, mesh) for touch in case.contacts if mesh is not None}
+    return {name: share for name, share in found.items() if share is not None}
+
+
+def _share(case: Case, touch: Touch, mesh: Mesh) -> float | None:
+    where = touch.thing.where
+    if where == EVERYWHERE:
+        return None
+    from softmark.interpreter.problem.surface_selection.exact_surface import selected
+    from softmark.interpreter.problem.surface_selection.region_outline import edged
+
+    known = None if case.planar else selected(case.shape, where)
+    exact = edged(case.shape, where, case.depth) if case.planar else known and known[0]
+    own = loaded(case.shape, mesh, where)
+    taken = np.unique(own.touched, axis=0)
+    sides = loaded(case.shape, mesh, EVERYWHERE)
+    return sides.of_facets(taken).area_of(case.depth) / exact if exact else None
+
+
+def selection(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
+    """The part of the stated error that comes of facets that a contact selects a part of; none where there are none."""
+    mesh = whole.prepared.mesh
+    if mesh is None:
+        return {}
+    cut = {t.name: np.unique(loaded(whole.case.shape, mesh, t.thing.where).nodes) for t in whole.case.contacts}
+    if not any(len(nodes) for nodes in cut.values()):
+        return {}
+    return {"touching": lambda seen: max(_pressed(seen.at_rest, name, own) for name, own in cut.items()) * seen.size}
+
+
+def _pressed(rest: AtRest | None, name: str, nodes: Any) -> float:
+    """What share of the forces of a contact acts on some nodes."""
+    field: Any = None if rest is None or name not in rest.touches else rest.touches[name].field
+    if field is None:
+        return 0.0
+    f = np.maximum(field.pressing.f, 0.0)
+    return float(f[nodes].sum() / total) if (total := float(f.sum())) > 0.0 else 0.0
+
+
+def cut_in(
+    declared: Declared, case: Case, rest: AtRest, mesh: Mesh | None, facts: Mapping[str, Any]
+) -> Iterator[Diagnostic]:
+    """A warning for each contact whose facets cut so deep into what presses that they do not follow it."""
+    checks = (facts.get("checks") or {}).get("contact") or {}
+    for touch in case.contacts:
+        gap, deep = gap_of(touch.rigid.thing.shape), (checks.get(touch.name) or {}).get("overlap") or 0.0
+        sharpest = np.inf if gap is None else gap.sharpest
+        most = max(DEEP * min(rest.moved, sharpest or np.inf), NOTHING * rest.extent)
+        if mesh is not None and rest.reason is None and deep > most:
+            yield diagnostic(
+                "W659",
+                declared.at("size"),
+                f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into"
+                f" `{touch.rigid.name}` between their nodes",
+                "too coarse for what presses",
+                _finer(case, touch, mesh, sharpest, deep / most),
+            )
+
+
+def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) -> str:
+    """What would follow a rigid body of that least radius, m, where facets cut in so many times what they may.
+
+    A chord of length h cuts h^2 / (8 r) into what is round, and a part of h into a sharp edge.
+    """
+    if 0.0 < sharpest < _longest(case, touch, mesh):
+        return "it may have gone through between them: use cells as fine as the least radius of what presses"
+    if not sharpest:
+        return f"use some {rounded(times, 2):g} times finer cells: beside an edge what cuts in goes with their size"
+    finer = f"{rounded(times**0.5, 2):g} times finer ones, for what cuts in goes with the square of their size"
+    least = f"cells are as fine as the least radius, {units.show(rounded(sharpest, 2), units.LENGTH)}, already: "
+    return f"{least if np.isfinite(sharpest) else ''}use some {finer}"
+
+
+def _longest(case: Case, touch: Touch, mesh: Mesh) -> float:
+    """The longest side of facets that may touch, m; of a slice in its plane."""
+    points = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
+    return longest(points, loaded(case.shape, mesh, touch.thing.where).touched)
+
+
+def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) -> Iterator[Diagnostic]:
+    """A warning for each contact whose area or pressure is asked, and whose force is more than these come to."""
+    asked = {metric.of for metric in metrics if isinstance(metric, ContactArea | ContactPressure | PressureAlong)}
+    for name in sorted(asked & set(rest.touches)):
+        touch = rest.touches[name]
+        if (times := beyond(touch)) is not None:
+            area = units.show(rounded(touch.area, 3), units.AREA)
+            most = units.show(rounded(touch.pressure, 3), units.PRESSURE)
+            yield diagnostic(
+                "W660",
+                declared.at("size"),
+                f"`{name}` presses with {rounded(times, 2):g} times what its area of {area} and its greatest pressure"
+                f" of {most} come to, in `{declared.name}`",
+                "too coarse for an area or a pressure",
+                "use smaller cells, so that a few of them touch: the force is off as well, if by less",
+            )
+
+
+def held_off(declared: Declared, case: Case, rest: AtRest) -> Iterator[Diagnostic]:
+    """Yield a warning for each contact whose barrier leaves a gap that is too wide."""
+    for contact in (*(touch.declared for touch in case.contacts), *case.pairs):
+        touch = rest.touches.get(contact.name)
+        if touch is None or rest.reason is not None:
+            continue
+        if touch.left > WIDE * rest.moved > 0.0:
+            left, moved = (units.show(rounded(own, 2), units.LENGTH) for own in (touch.left, rest.moved))
+            yield diagnostic(
+                "W661",
+                contact.at("distance" if "distance" in contact.fields else ""),
+                f"the barrier of `{contact.name}` keeps what it touches {left} away, and `{declared.name}` moves by"
+                f" {moved}",
+                "a wide barrier",
+                "what presses seems larger by that: "
+                + ("take a smaller distance, or leave it out" if "distance" in contact.fields else "give a `distance`"),
+            )

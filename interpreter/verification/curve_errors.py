@@ -1,0 +1,117 @@
+"""What a model states of how far its curve is from a measured one: in time by the course, at rest by its states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.metrics.curve_error import CurveError
+from softmark.interpreter.metrics.curve_geometry import Curve
+from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_evaluation import course_of, followed
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.results.error_statements import StatedError
+from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeAnswer, Unknown
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.references.measured_curve import MeasuredCurve
+
+
+@dataclass(frozen=True)
+class CurveAnswer(ProbeAnswer):
+    """The course of one point, whose displacement `along` a direction is held against a measured curve."""
+
+    along: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reference: Curve | None = None
+    contact: OfForces | None = None  # what a contact does, in its place
+
+    @property
+    def size(self) -> float:
+        """What an error relative to the displacements is multiplied by."""
+        return self._of_curves(np.zeros_like(self._course(self)))
+
+    def change(self, other: ProbeAnswer) -> float:
+        """Return how much another solution may change the metric, by `apart`. Raises Unknown."""
+        return self.apart(other)
+
+    def apart(self, other: ProbeAnswer) -> float:
+        """How much another solution may change the metric. Raises Unknown."""
+        if not np.all(np.isfinite(other.u)):
+            raise Unknown("another solution is not finite")
+        return self._of_curves(self._course(other))
+
+    def _course(self, of: ProbeAnswer) -> Floats:
+        if self.contact is not None and self.times is not None:
+            try:
+                course = followed(self.contact, of.at_rest)
+            except Undefined as undefined:
+                raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+            return np.interp(self.times, course.x, course.y)
+        seen: Floats = of.u[:, -1] @ np.array(self.along)
+        return seen
+
+    def _of_curves(self, other: Floats) -> float:
+        if not isinstance(self.metric, CurveError) or self.times is None or self.reference is None:
+            raise Unknown(NO_ERROR)
+        try:
+            return self.metric.apart(self.times, self._course(self), other, self.reference)
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+
+
+def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, Any]) -> CurveAnswer | None:
+    """What is stated of a course against a measured one; None where there is none."""
+    of, data = scene.declared[metric.thing.of].thing, measured.get(metric.thing.against)
+    probe = view.probes.get(of.looked_at or "")
+    if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve):
+        return None
+    reference = Curve(data.x, data.y, data.u)
+    if isinstance(of, OfForces) and of.followed and view.at_rest is not None and view.at_rest.knows(of.concerned):
+        times, nothing = followed(of, view.at_rest).x, np.zeros((0, 3))
+        return CurveAnswer(nothing, np.zeros((len(times), 0, 3)), times, metric.thing, view.displacement, None, view,
+                           view.history, at_rest=view.at_rest, reference=reference, contact=of)  # fmt: skip
+    if probe is None:
+        return None
+    if probe.course is None or of.direction is None:
+        return None
+    return CurveAnswer(
+        probe.points[-1:], probe.course[:, -1:], probe.times, metric.thing, view.displacement, probe, view,
+        view.history, along=of.direction, reference=reference,
+    )  # fmt: skip
+
+
+def at_rest(
+    scene: Scene, known: Sequence[tuple[View, Mapping[str, StatedError]]], measured: Mapping[str, Any]
+) -> dict[str, StatedError]:
+    """Of curves from state to state: what is stated of both metrics in each, as far as that moves the curve."""
+    if isinstance(known[-1][0].case.analysis, Dynamic):
+        return {}
+    asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, OfCurves)}
+    return {n: _of_states(scene, thing, known, measured.get(thing.measured_from or "")) for n, thing in asked.items()}
+
+
+def _of_states(
+    scene: Scene, thing: OfCurves, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
+) -> StatedError:
+    """The metric of a curve that is off by what is stated in each state, and by what chords between them leave out."""
+    if thing.measured_from is not None and not isinstance(data, MeasuredCurve):
+        return StatedError(reason=NO_ERROR)
+    reference = None if data is None else Curve(data.x, data.y, data.u)
+    off: list[Floats] = []
+    try:
+        course = course_of(scene, thing, [view for view, _ in known])
+        for name in (thing.of, *([] if thing.over is None else [thing.over])):
+            each = [found.get(name, StatedError(reason=NO_ERROR)) for _, found in known]
+            if (unknown := next((said for said in each if said.value is None), None)) is not None:
+                return StatedError(reason=f"`{name}`: {unknown.reason}")
+            off.append(np.array([said.value or 0.0 for said in each]))
+        off += [np.zeros(len(known))] if thing.over is None else []  # of times nothing is in doubt
+        parts: dict[str, float | None] = {**thing.stated(course, off[0], off[1], reference)}
+    except Undefined as undefined:
+        return StatedError(reason=f"{NO_ERROR}: {undefined}")
+    return StatedError(sum(part or 0.0 for part in parts.values()), "1", parts)

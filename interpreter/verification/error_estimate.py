@@ -1,0 +1,386 @@
+"""What error a model itself states for what it says, without a look at any reference.
+
+Parts are added up, each a function of what a probe sees. Discretisation: how far the state is from that of a finer
+space over the same cells, or where that is not to be had from the same model on coarser meshes. Model: how far the same
+model with the best strain measure that its material has is; of beams, estimates of what their theory leaves out.
+Rounding: from how near to singular the stiffness is, or from the forces and coordinates. Solver: the Newton step that
+would come next. Where one cannot be told, or would cost too much, the model vouches for nothing, and says why. Each is
+told in the unit of a metric, by the metric itself, or not at all. What nobody asked for is told where it is free.
+
+A warning of DOUBTS counts as said as well: with it a model says of itself that its answer may be off. With one of VOID
+it vouches for nothing.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.frequency import Frequency
+from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.trajectory_error import CourseNorm
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.metrics.value_error import ErrorOfValue
+from softmark.interpreter.models.shared.prepared_model import Prepared
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.problem.surface_selection.load_resultants import missing as missing_of
+from softmark.interpreter.results.error_statements import StatedError
+from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.run_report import ModelResult, ProbeResult
+from softmark.interpreter.results.state_results import SOLVED
+from softmark.interpreter.validation.amplitude_resolution import shows
+from softmark.interpreter.verification import grid_convergence, rounding_error
+from softmark.interpreter.verification.accuracy_warnings import DOUBTS, doubts_of, is_doubt
+from softmark.interpreter.verification.by_model import voucher_of
+from softmark.interpreter.verification.by_model.verifier import Voucher
+from softmark.interpreter.verification.estimation_budget import Overspent
+from softmark.interpreter.verification.geometry_error import facets
+from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, ProbeAnswer, Unknown
+from softmark.interpreter.verification.selection_error import selection
+from softmark.interpreter.verification.solution_under_test import Answer
+from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.deformed_mesh import Nodal
+
+__all__ = ["DOUBTS", "ProbeAnswer", "Stated", "Unknown", "doubts_of", "is_doubt", "stated"]
+
+VOID = ("W351",)  # states of which no part of the error says anything
+
+STEP = 3.0  # safety factor of two steps, as of two grids (Roache 1994)
+FIRST_ORDER = ("implicit_euler",)  # integrators
+HALVED = 4.0 / 3.0  # of what half a step changes: what is left of the whole one, where the order is two
+MODAL = 1.25  # times the error of the step in small motions: vibrations that loads hardly excite are left out
+LEFT = 2.0  # times the next Newton step
+COARSE = grid_convergence.COARSE  # relative: more than that is no statement, of parts that are estimates
+
+
+@dataclass
+class Stated(Answer):
+    """The parts of the error of an answer."""
+
+    def of(self, seen: ProbeAnswer) -> StatedError:
+        """The parts of the error of what a probe sees, and their sum; `reason` where there is none."""
+        parts: dict[str, float | None] = {}
+        reasons: dict[str, list[str]] = {}
+        asked = self._parts()
+        for name in sorted(asked, key=lambda name: name != "model"):  # which takes less than a finer space
+            part = asked[name]
+            try:
+                with self.budget:
+                    parts[name] = float(part(seen))
+                if not math.isfinite(parts[name] or 0.0):
+                    raise Unknown("a part of the error is not finite")
+            except Unknown as unknown:
+                parts[name] = None
+                reasons.setdefault(str(unknown), []).append(name)
+        parts = {name: parts[name] for name in asked}
+        known = [v for v in parts.values() if v is not None]
+        value = clean(sum(known)) if len(known) == len(parts) else None
+        reason = "; ".join(f"{', '.join(names)}: {why}" for why, names in reasons.items())
+        return StatedError(value, seen.unit, parts, reason or None)
+
+    def _parts(self) -> dict[str, Callable[[ProbeAnswer], float]]:
+        found: dict[str, Callable[[ProbeAnswer], float]] = {
+            "discretisation": self._discretisation,
+            "model": self._model,
+            "rounding": self._rounding,
+            "solver": self._solver,
+        }
+        found |= selection(self)
+        if self.case.contacts or self.case.pairs:
+            from softmark.interpreter.verification.contact_error import gaps, joints
+            from softmark.interpreter.verification.contact_warnings import selection as touching
+
+            found |= gaps(self) | joints(self) | touching(self)
+        if self.case.parts:
+            from softmark.interpreter.verification.region_error import parts
+
+            found |= parts(self)
+        if not self.case.uniform:
+            from softmark.interpreter.verification.heterogeneous_constants_check import lost
+
+            found |= lost(self)
+        if (missing := missing_of(self.result.loads)) is not None:
+            own, voucher = missing, voucher_of(self.declared.thing)
+            found["loads"] = lambda seen: voucher.loads_left(self, seen, own) * seen.size
+        found |= facets(self)
+        if isinstance(self.case.analysis, Quasistatic) and self.case.remembers:
+            found["time"] = self._steps
+        return found | ({"time": self._time} if isinstance(self.case.analysis, Dynamic) else {})
+
+    def _discretisation(self, seen: ProbeAnswer) -> float:
+        voucher = voucher_of(self.declared.thing)
+        if not isinstance(seen.metric, OfTensors):
+            self._must_have_limit(seen)
+            return self._of_mesh(voucher, seen)
+        from softmark.interpreter.verification.stress_singularities import settled
+        from softmark.interpreter.verification.surface_traction_check import mismatch
+
+        found = settled(self, seen, voucher)
+        if seen.stress is None:
+            return found
+        # finer cells may miss alike what acts on the surface, which equilibrium does not
+        surface = mismatch(seen.metric, self.case, seen.place, seen.stress(), seen.at_rest)
+        return found if surface is None else max(found, surface.error)
+
+    def _of_mesh(self, voucher: Voucher, seen: ProbeAnswer) -> float:
+        """Of what a mesh makes; no less than areas and pressures contradict their force by, whatever others say."""
+        if not self.case.contacts:
+            return voucher.discretisation(self, seen)
+        from softmark.interpreter.verification.contact_error import at_least
+
+        least = at_least(seen)
+        try:
+            return max(voucher.discretisation(self, seen), least or 0.0)
+        except Unknown:
+            if least is None:
+                raise
+            return least
+
+    def _must_have_limit(self, seen: ProbeAnswer) -> None:
+        """Raises Unknown of what has no limit: pressure at sharp edges, and what forces on points or along lines do."""
+        if self.case.contacts:
+            from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
+
+            if place := limitless_pressure(seen.metric, self.case, seen.at_rest, seen.X):
+                raise Unknown(f"it looks at {place}, where every refinement finds a larger pressure")
+        if not any(isinstance(load.thing.action, AtPoint | PerLength) for load in self.case.loads):
+            return
+        from softmark.interpreter.verification.stress_singularities import endless, place_of, unbounded
+
+        if seen.metric is None or seen.metric.summed_by != "max":
+            return
+        mesh, last = self.prepared.mesh, slice(-1 if seen.metric.last else 0, None)
+        if seen.metric.measured_from is None and (load := endless(seen.metric, self.case, mesh, seen.size)):
+            raise Unknown(f"it is or holds the work of `{load.name}`, which grows with every refinement")
+        if load := unbounded(self.case, mesh, seen.X[last], seen.u[..., last, :]):
+            raise Unknown(f"it looks at {place_of(load)}, where displacements grow with every refinement")
+
+    def _model(self, seen: ProbeAnswer) -> float:
+        return voucher_of(self.declared.thing).model(self, seen)
+
+    def _rounding(self, seen: ProbeAnswer) -> float:
+        return rounding_error.part(self.result, self.case, self.mesh, voucher_of(self.declared.thing).cells(self), seen)
+
+    def _solver(self, seen: ProbeAnswer) -> float:
+        """The Newton step from the solution with the full tangent: of a reduced model, that of the full one."""
+        residual = float(self.result.solve.get("residual") or 0.0)
+        beyond, relative = self._reduction(seen)
+        if isinstance(self.case.analysis, Dynamic):
+            return LEFT * beyond + 10.0 * residual * seen.size
+        if seen.in_forces:
+            return 100.0 * residual * seen.acting
+        step: Floats | None = self.once("step", self.next_step)
+        if step is None:
+            return LEFT * beyond + 100.0 * residual * seen.acting
+        most = _at_most(seen, step)
+        if most is not None and (most <= TRIFLE * seen.acting or not self.asked):
+            left = LEFT * most
+        else:
+            left = LEFT * seen.apart(seen.moved(self._moving(step)))
+        if left > COARSE * seen.beside(left):
+            change = 100 * left / LEFT / seen.beside(left)
+            raise Unknown(f"it is no equilibrium: the next step would change it by {change:.2g} %")
+        return left + LEFT * relative * beyond  # the second is of second order, as what one step leaves
+
+    def _reduction(self, seen: ProbeAnswer) -> tuple[float, float]:
+        """Return the largest displacement error of the model reduction, in the unit of the metric, and relative.
+
+        Both are zero for a model without reduction. Raises Unknown.
+        """
+        if self.declared.thing.reduces is None:
+            return 0.0, 0.0
+        known = self.result.solve.get("reduced") or {}
+        relative, largest = known.get("estimated_error"), known.get("estimated_error_m")
+        if relative is None or largest is None:
+            raise Unknown("the error of its fields in the equations of the full model is not known")
+        return (largest if seen.unit == "m" and not seen.in_forces else relative * seen.size), relative
+
+    def _moving(self, step: Floats) -> Nodal:
+        from softmark.interpreter.models.shared.deformed_mesh import displacement_of
+
+        if self.mesh is None:
+            raise Unknown("the displacements of its nodes are not known")
+        return displacement_of(self.mesh.mesh, step)
+
+    def _time(self, seen: ProbeAnswer) -> float:
+        """Error of the time step, from a step twice as long, or half as long if explicit or if twice is too coarse.
+
+        The order is that of the integrator, or one where contacts open and close, since motions are not smooth there.
+        """
+        analysis = self.case.analysis
+        if not isinstance(analysis, Dynamic):
+            return 0.0
+        smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
+        ratio = 4.0 if smooth else 2.0  # of the errors of two steps, one twice as long
+        # where a step twice as long would not show a course, it might miss it just as this one does
+        finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
+        apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
+        return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))
+
+    def _of_modes(self, seen: ProbeAnswer) -> float:
+        """Error of the time step in the vibrations at the probe, on which two steps may agree by chance."""
+        from softmark.interpreter.verification.motion_errors import error_of
+
+        found = None if seen.view is None else error_of(seen.view, seen.metric, seen.probe)
+        if found is None:
+            return 0.0
+        own = found.length if seen.unit == "m" and not seen.in_forces else None
+        return MODAL * (found.relative * seen.size if own is None else own)
+
+    def _steps(self, seen: ProbeAnswer) -> float:
+        """Error of the time step with material memory: 4/3 of the difference to half the step, by second order.
+
+        If half the step costs too much, a step twice as long is used, as if the order were one.
+        """
+        try:
+            return STEP * HALVED * self._stepped(seen, 0.5, "half of it")
+        except Overspent:
+            return STEP * self._stepped(seen, 2.0, "another one")
+
+    def _stepped(self, seen: ProbeAnswer, times: float, another: str) -> float:
+        """How far the same is with a step so many `times` as long. Raises Unknown."""
+        analysis: Any = self.case.analysis
+        case = replace(self.case, analysis=replace(analysis, step=times * analysis.step))
+        solution, _ = self.solved(f"step {times:g}", self.declared, case, 1.0 / times)
+        apart = seen.apart(seen.of(solution))
+        if apart > COARSE * seen.size:
+            raise Unknown(f"the step is too long to say: {another} is {100 * apart / seen.size:.2g} % away")
+        return apart
+
+
+def _at_most(seen: ProbeAnswer, step: Floats) -> float | None:
+    """What a step of the nodes (n, 3) changes at most; None of what is not about displacements."""
+    if not seen.in_displacements or seen.unit == "s":
+        return None
+    largest = float(np.linalg.norm(step, axis=1).max(initial=0.0))
+    if seen.unit == "m":
+        return largest
+    size = float(np.sqrt(np.mean(np.sum(np.square(seen.u), axis=-1))))
+    return largest / size if size > 0.0 else None
+
+
+# ------------------------------------------------------------------ of a run
+
+
+def stated(
+    scene: Scene,
+    declared: Declared,
+    view: View,
+    prepared: Prepared,
+    result: ModelResult,
+    measured: Mapping[str, Any],
+    warnings: Sequence[Diagnostic],
+    views: Mapping[str, View],
+    asked: bool = True,
+    before: Sequence[tuple[View, Mapping[str, StatedError]]] = (),
+) -> dict[str, StatedError]:
+    """What a model states of every metric and of every probe, by name; empty where it has no answer.
+
+    `views` has the models that metrics compare with, `before` what it stated in the states before. Where nobody
+    `asked`, what costs next to nothing.
+    """
+    if result.status not in SOLVED:
+        return {}
+    whole = Stated(scene, declared, view.case, prepared, result, measured, result.mesh, asked)
+    doubts, found = doubts_of(scene, declared, warnings), {}
+    void = next((f"{code}: {DOUBTS[code]}" for code in VOID if code in doubts), None)
+    for name, seen in _asked(scene, result, view, measured, views, asked).items():
+        said = _safely(whole, seen) if void is None else StatedError(reason=void)
+        found[name] = replace(said, doubts=tuple(doubts))
+    if any(isinstance(m.thing, OfCurves) for m in scene.of_kind("metric").values()):
+        from softmark.interpreter.verification.curve_errors import at_rest
+
+        found |= at_rest(scene, [*before, (view, found)], measured)
+    return found | _of_values(scene, found, measured)
+
+
+def _of_values(scene: Scene, found: Mapping[str, StatedError], measured: Mapping[str, Any]) -> dict[str, StatedError]:
+    """Of numbers that are held against values: what is stated of the number, relative to what the error is."""
+    stated = {}
+    for name, metric in scene.of_kind("metric").items():
+        thing = metric.thing
+        if not isinstance(thing, ErrorOfValue) or thing.of not in found or thing.against not in measured:
+            continue
+        own = found[thing.of]
+        try:
+            size = thing.size(measured[thing.against])
+        except Undefined as undefined:
+            stated[name] = StatedError(reason=str(undefined))
+            continue
+        parts = {part: None if value is None else value / size for part, value in own.parts.items()}
+        stated[name] = replace(own, value=None if own.value is None else own.value / size, unit="1", parts=parts)
+    return stated
+
+
+def _safely(whole: Stated, seen: ProbeAnswer) -> StatedError:
+    try:
+        return whole.of(seen)
+    except Exception as error:
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        reason = f"stating it stopped with an error ({type(error).__name__}: {error})"
+        return StatedError(reason=reason)
+
+
+def _asked(
+    scene: Scene,
+    result: ModelResult,
+    view: View,
+    measured: Mapping[str, Any],
+    views: Mapping[str, View],
+    asked: bool,
+) -> dict[str, ProbeAnswer]:
+    """What is stated: metrics of what probes saw, and probes.
+
+    Of metrics against the model itself as well: how far it can be trusted as a truth, in their terms.
+    """
+    found: dict[str, ProbeAnswer] = {}
+    for name, metric in scene.of_kind("metric").items():
+        if isinstance(metric.thing, OfCurves):
+            from softmark.interpreter.verification.curve_errors import in_time
+
+            if (course := in_time(scene, metric, view, measured)) is not None:
+                found[name] = course
+            continue
+        if isinstance(metric.thing, Frequency):
+            from softmark.interpreter.verification.frequency_errors import of_view
+
+            if asked and view.vibrations is not None and metric.thing.body_in(scene) == view.body:
+                found[name] = of_view(metric.thing, view)
+            continue
+        probe = metric.thing.looked_at
+        if probe in result.probes:
+            right = views.get(metric.thing.measured_from or "")
+            seen = _seen(result.probes[probe], metric.thing, view)
+            found[name] = seen if right is None else replace(seen, right=right.stress)
+        elif _in_forces(scene, metric.thing, view):
+            nothing = np.zeros((0, 3))
+            found[name] = _seen(ProbeResult(nothing, nothing), metric.thing, view)
+    return found | {name: _seen(probe, None, view) for name, probe in result.probes.items()}
+
+
+def _in_forces(scene: Scene, metric: Any, view: View) -> bool:
+    """Whether a metric is about forces that a view knows."""
+    if not isinstance(metric, OfForces) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
+        return False
+    return metric.body_in(scene) in (None, view.body)
+
+
+def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:
+    course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
+    u, times = (probe.course, probe.times) if course else (probe.displacement, None)
+    assert u is not None
+    known = (view.history, view.stress, view.at_rest)
+    return ProbeAnswer(probe.points, u, times, metric, view.displacement, probe, view, *known)

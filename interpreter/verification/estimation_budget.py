@@ -1,0 +1,118 @@
+"""What stating an error may cost: processor time, held against that of the solution that it is about."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from softmark.interpreter.verification.probe_errors import Unknown
+
+SOLUTIONS = 2.0  # times the cost of the solution, in all
+LEAST = 5.0  # s that may be spent in any case
+SLIGHT = 0.25  # s that a model may take for another solution that nobody asked for
+NOT_ASKED = "nobody asked for it: `--stated` does"
+
+
+class Overspent(Unknown):
+    """It would cost too much, or has."""
+
+
+@dataclass
+class Budget:
+    """Seconds of processor time that may be spent, counted while `with` holds.
+
+    `asked` is whether somebody asks: else nothing is spent but on what is slight.
+    """
+
+    limit: float
+    solution: float  # s, what the solution took
+    asked: bool = True
+    spent: float = 0.0
+    _depth: int = 0
+    _since: float = 0.0
+    _compiling: Any = None  # listens to what compiling takes
+
+    @classmethod
+    def of(cls, clock: Mapping[str, Any], asked: bool) -> Budget:
+        """For a model with these times."""
+        seconds = (clock.get(n) for n in ("setup_cpu_s", "solve_cpu_s"))
+        took = sum(t.median for t in seconds if t)
+        return cls(max(SOLUTIONS * took, LEAST), took, asked)
+
+    def __enter__(self) -> None:
+        self._depth += 1
+        if self._depth == 1:
+            self._since, self._compiling = time.process_time(), _listener()
+
+    def __exit__(self, *failure: object) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self.spent += self._running
+            _deaf(self._compiling)
+
+    @property
+    def _running(self) -> float:
+        """Seconds since `with`, without those of compiling."""
+        heard = self._compiling
+        return time.process_time() - self._since - (heard.duration if heard is not None and heard.done else 0.0)
+
+    @property
+    def words(self) -> str:
+        """Largest allowed cost, as text."""
+        return f"{LEAST:g} s" if SOLUTIONS * self.solution <= LEAST else f"{SOLUTIONS:g} times the solution"
+
+    @contextmanager
+    def reserving(self, solutions: float) -> Iterator[None]:
+        """Reserve CPU time for that many solutions while the block runs, for attempts after it."""
+        kept = solutions * self.solution
+        self.limit -= kept
+        try:
+            yield
+        finally:
+            self.limit += kept
+
+    @property
+    def left(self) -> float:
+        """Seconds."""
+        return self.limit - self.spent - (self._running if self._depth else 0.0)
+
+    def grow(self, took: float) -> None:
+        """By what so many seconds of the solution allow that its clock did not count, as those of finding modes."""
+        self.limit += SOLUTIONS * took
+
+    def must_hold(self, solutions: float, slight: bool = False) -> None:
+        """Raises Overspent if work of that many solutions costs more than the budget left, or if nobody requested it.
+
+        A cost that is `slight` compared with starting a program, as of a beam with fewer segments, needs no request.
+        """
+        if not self.asked and not (slight and solutions * self.solution <= SLIGHT):
+            raise Overspent(NOT_ASKED)
+        if solutions * self.solution > self.left:
+            raise Overspent(f"it would cost more than {self.words}")
+
+    def check(self, *_: object) -> None:
+        """Raises Overspent once it is spent."""
+        if self.left < 0.0:
+            raise Overspent(f"it costs more than {self.words}")
+
+
+def _listener() -> Any:
+    """What counts the seconds of compiling, if anything compiles."""
+    if "numba" not in sys.modules:
+        return None
+    from numba.core import event
+
+    listener: Any = event.TimingListener()  # type: ignore[no-untyped-call]
+    event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
+    return listener
+
+
+def _deaf(listener: Any) -> None:
+    if listener is not None:
+        from numba.core import event
+
+        event.unregister("numba:compile", listener)  # type: ignore[no-untyped-call]

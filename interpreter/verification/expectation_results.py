@@ -1,0 +1,140 @@
+"""Expectations against results: of a scene with states in each of them, or in the one that they name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from softmark.grammar import tree
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Expectation, Scene
+from softmark.interpreter.language.expectation_conditions import metrics_in, stateless_in, truth
+from softmark.interpreter.language.expression_evaluation import Bad, Evaluator, Place, Quantity, Value
+from softmark.interpreter.language.scene_states import numbers_of
+from softmark.interpreter.planning.run_plan import named_in
+from softmark.interpreter.results.run_report import ExpectationResult, ModelResult, ReferenceResult
+from softmark.interpreter.results.state_results import LEFT_OUT, percent
+
+Results = Mapping[str, ModelResult | ReferenceResult]
+
+
+def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float] = ()) -> ExpectationResult:
+    """Whether an expectation is met by the results; in every one of the states where it names none."""
+    return replace(_verdict(scene, results, expectation, states), about=_about(expectation))
+
+
+def _about(expectation: Expectation) -> tuple[tuple[str, str], ...]:
+    """The metrics that an expectation names, with whose they are."""
+    return tuple(dict.fromkeys((name.parts[0], name.parts[1]) for name in metrics_in(expectation.node)))
+
+
+def _verdict(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]) -> ExpectationResult:
+    text, line = expectation.text, expectation.location.span.line
+    named = named_in(expectation.node)
+    missing = sorted(named - set(results) - set(scene.parameters))
+    if missing:
+        return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True)
+    if left := [name for name in sorted(named & set(results)) if results[name].status in LEFT_OUT]:
+        reason = "; ".join(f"{name} was not computed ({results[name].status})" for name in left)
+        return ExpectationResult(text, line, None, None, reason=reason, left_out=True)
+    if not states or all(_of_all(scene, name) for name in stateless_in(expectation.node)):
+        return _judged(expectation, _Known(scene, results, states))
+    each = [_judged(expectation, _Known(scene, results, states, number)) for number in range(len(states))]
+    return _in_all(each, states)
+
+
+def _of_all(scene: Scene, metric: str) -> bool:
+    """Whether a metric is of the way through all states, and known in the last."""
+    declared = scene.declared.get(metric)
+    return declared is not None and declared.kind == "metric" and declared.thing.of_all_states
+
+
+def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
+    text, line = expectation.text, expectation.location.span.line
+    place = Place(expectation.location.source, [])
+    evaluator = Evaluator(place, known.of, known.scene.vocabulary, known.at)
+    try:
+        passed = truth(expectation.node, evaluator)
+        relations, values = _first_comparison(expectation.node, evaluator)
+    except _NoValue as nothing:
+        return ExpectationResult(text, line, None, None, reason=str(nothing))
+    except Bad as bad:
+        return ExpectationResult(text, line, None, None, reason=str(bad))
+    if not values:
+        return ExpectationResult(text, line, passed, None)
+    if not math.isfinite(values[0].value):
+        return ExpectationResult(text, line, None, None, reason="its value is not a finite number")
+    first, limits = values[0], tuple(v.value for v in values[1:])
+    unit = units.si(first.dimension)
+    return ExpectationResult(text, line, passed, first.value, unit, relations=relations, limits=limits)
+
+
+def _in_all(each: Sequence[ExpectationResult], states: Sequence[float]) -> ExpectationResult:
+    """Not met where it is not in one state, else not judged where one has no value; it tells of the first such."""
+    wrong = [i for i, own in enumerate(each) if own.passed is False]
+    open_ = [i for i, own in enumerate(each) if own.passed is None]
+    told = (wrong or open_ or [len(each) - 1])[0]
+    own, verdicts = each[told], tuple(e.passed for e in each)
+    where = ", ".join(percent(states[i]) for i in wrong or open_)
+    several = "states" if len(wrong or open_) > 1 else "state"
+    reason = f"in the {several} {where}: {own.reason}" if open_ and not wrong else None
+    first = ", the number is of the first" if len(wrong) > 1 else ""
+    reason = f"not met in the {several} {where}{first}" if wrong else reason
+    return replace(own, reason=reason, states=verdicts)
+
+
+class _NoValue(Exception):
+    """A metric that an expectation names has no value."""
+
+
+class _Known:
+    """The values of metrics, in the state of this number if there is one, and of parameters, after the run."""
+
+    def __init__(self, scene: Scene, results: Results, states: Sequence[float], number: int | None = None) -> None:
+        self.scene, self.results, self.states, self.number = scene, results, states, number
+
+    def of(self, name: tree.Name) -> Value:
+        """Of a metric or of a parameter. Raises _NoValue."""
+        if name.text in self.scene.parameters:
+            return self.scene.parameters[name.text].value
+        return self._metric(name, self.number)
+
+    def at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
+        """Of a metric in the state of a value, or of a motion at a time. Raises _NoValue."""
+        if not self.states:
+            return self._in_time(name, value.value)
+        return self._metric(name, numbers_of(self.states, value.value)[0])
+
+    def _in_time(self, name: tree.Name, time: float) -> Value:
+        """Between the times at which it is known, on a straight line."""
+        import numpy as np
+
+        owner, metric = name.parts
+        known = self.results[owner].metrics.get(metric)
+        if known is None or known.curve is None:
+            raise _NoValue(
+                f"{name.text} is not known over time" + (f": {known.reason}" if known and known.reason else "")
+            )
+        value = float(np.interp(time, known.curve.x, known.curve.y))
+        return Quantity(value, units.parse(known.unit).dimension)
+
+    def _metric(self, name: tree.Name, number: int | None) -> Value:
+        owner, metric = name.parts
+        number = None if _of_all(self.scene, metric) else number
+        result = self.results[owner] if number is None else self.results[owner].each[number]
+        known = result.metrics.get(metric)
+        if getattr(result, "inverted", 0):
+            raise _NoValue(f"cells of {owner} are inside out (W351), so that {name.text} is a number of no solid")
+        if known is None or known.value is None:
+            raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
+        return Quantity(known.value, units.parse(known.unit).dimension)
+
+
+def _first_comparison(node: Any, evaluator: Evaluator) -> tuple[tuple[str, ...], list[Quantity]]:
+    """What an expectation is about: the relations of its first comparison, and the values of its operands."""
+    comparison = next((n for n, _ in tree.walk(node) if isinstance(n, tree.Compare)), None)
+    if comparison is None:
+        return (), []
+    return tuple(comparison.operators), [evaluator.quantity(operand) for operand in comparison.operands]

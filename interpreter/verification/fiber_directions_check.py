@@ -1,0 +1,177 @@
+"""Directions of fibres found again for the watchdog, by formulas of their own, and forces of what is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.language.spatial_profiles import Streams
+from softmark.interpreter.models.shared.material_regions import own_points
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.heterogeneous_constants_check import values
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.fiber_words import Helix
+from softmark.solvers.independent_forces import fiber_axes_by_differences
+from softmark.solvers.independent_forces.heterogeneous_forces import VaryingPressed
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, Split, split_of
+from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, Stress, StressTerm
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
+from softmark.solvers.materials.active_strain import ActiveStrain
+
+HALVINGS = 60
+
+
+def vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
+    """A direction at points X (n, 3), m, of any length (n, 3), and sheets by the same rule. Raises Unchecked."""
+    match direction:
+        case Helix():
+            return wound(direction, X)
+        case Streams(components=parts):
+            return np.stack([values(part, X) for part in parts], axis=1), None
+        case tuple():
+            return np.broadcast_to(np.array(direction, dtype=float), X.shape), None
+    raise Unchecked(f"there is no other formula for fibres by {type(direction).__name__}")
+
+
+def wound(rule: Helix, X: Floats) -> tuple[Floats, Floats]:
+    """Tangents of x = (a(t) sin u cos v, a(t) sin u sin v, b(t) cos u), at an angle, and the ellipsoids' normals."""
+    e3 = np.array(rule.axis)
+    e1 = np.cross(e3, np.eye(3)[np.argmin(np.abs(e3))])
+    e1 /= np.linalg.norm(e1)
+    Q = np.stack([e1, np.cross(e3, e1), e3])  # rows: the axes of the ellipsoids
+    x, y, z = Q @ (X - np.array(rule.origin)).T
+    low, high = np.full(len(X), -0.5), np.full(len(X), 1.5)
+    for _ in range(HALVINGS):
+        t = 0.5 * (low + high)
+        a = rule.inner + t * (rule.outer - rule.inner)
+        b = rule.inner_along + t * (rule.outer_along - rule.inner_along)
+        inside = (x**2 + y**2) / a**2 + z**2 / b**2 < 1.0
+        low, high = np.where(inside, low, t), np.where(inside, t, high)
+    u, v = np.arctan2(np.hypot(x, y) / a, z / b), np.arctan2(y, x)
+    by_u = np.stack([a * np.cos(u) * np.cos(v), a * np.cos(u) * np.sin(v), -b * np.sin(u)], axis=1)
+    by_v = np.stack([-np.sin(v), np.cos(v), 0.0 * v], axis=1)
+    up = -by_u / np.linalg.norm(by_u, axis=1, keepdims=True)  # u is 0 at the tip of the axis
+    angle = (rule.endo + np.clip(t, 0.0, 1.0) * (rule.epi - rule.endo))[:, None]
+    return (np.cos(angle) * by_v + np.sin(angle) * up) @ Q, np.cross(by_v, up) @ Q
+
+
+def axes_of(law: Any) -> fiber_axes_by_differences.Axes:
+    """What tells the axes of a material at points: along fibres, and across them as sheets lie. Raises Unchecked."""
+
+    def axes(X: Floats) -> Floats:
+        f, known = vectors(law.fibres, X)
+        s = known if law.sheets is None else vectors(law.sheets, X)[0]
+        f = f / np.linalg.norm(f, axis=1, keepdims=True)
+        if s is None:  # any will do
+            s = np.cross(f, np.eye(3)[np.argmin(np.abs(f), axis=1)])
+        n = np.cross(f, s)
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        return np.stack([f, np.cross(n, f), n], axis=1)
+
+    return axes
+
+
+TERM = (StressTerm(lambda F: F),)  # of a body that makes its stress by itself
+
+
+def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any = None) -> CheckedBody:
+    """Return some cells of one material, deformed; `rules` as in `checked_body`. Raises Unchecked."""
+    if isinstance(case.material, ActiveStrain):
+        return _short(case, points, cells, kind, u, rules)
+    material: Any = case.material
+    axes = axes_of(material)
+    stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
+
+    def at(X: Floats) -> Stress:
+        return EnergyStress(fiber_axes_by_differences.energy_of(material, axes(X), material.bulk))
+
+    return fiber_axes_by_differences.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
+
+
+def pressed_of(
+    case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
+) -> Pressed:
+    """The same with pressures. Raises Unchecked."""
+    if isinstance(case.material, ActiveStrain):
+        return _short_pressed(case, points, cells, kind, u, pressures, rules)
+    material: Any = case.material
+    axes, mu = axes_of(material), material.shear_modulus
+    anywhere = fiber_axes_by_differences.split_of(material, np.eye(3)[None])
+    return VaryingPressed(
+        points, cells, kind, u, anywhere, mu, pressures, case.depth, rules,
+        apart=lambda X: fiber_axes_by_differences.split_of(material, axes(X)),
+    )  # fmt: skip
+
+
+def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: Any) -> CheckedBody:
+    """Cells of muscle that is shortened: the stress of its law, carried back. Raises Unchecked."""
+    muscle: Any = case.material
+    law = muscle.law
+
+    def at(X: Floats) -> Stress:
+        psi = (
+            fiber_axes_by_differences.energy_of(law, axes_of(law)(X), law.bulk)
+            if _directed(law)
+            else law.finite_law().psi
+        )
+        return EnergyStress(
+            fiber_axes_by_differences.shortened(psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+        )
+
+    stiff = 6.0 * law.shear_modulus + 9.0 * abs(law.lame_lambda)
+    return fiber_axes_by_differences.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
+
+
+def _short_pressed(
+    case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
+) -> Pressed:
+    """The same with pressures: what these take is one of the volume, which shortening keeps. Raises Unchecked."""
+    muscle: Any = case.material
+    law = muscle.law
+    plain = None if _directed(law) else split_of(law, "finite", law.young, law.poisson)
+    if plain is None and not _directed(law):
+        raise Unchecked(f"a {type(law).__name__} does not come apart into shape and volume")
+
+    def apart(X: Floats) -> Split:
+        split = fiber_axes_by_differences.split_of(law, axes_of(law)(X)) if plain is None else plain
+        of: Any = split.shape
+        psi = fiber_axes_by_differences.shortened(of.psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+        return replace(split, shape=EnergyStress(psi))
+
+    some = plain or fiber_axes_by_differences.split_of(law, np.eye(3)[None])
+    return VaryingPressed(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, rules, apart=apart)
+
+
+def _directed(law: Any) -> bool:
+    return bool(getattr(law, "directed", False))
+
+
+def passive(case: Case) -> Case:
+    """The case of cells of one material that does not pull."""
+    return replace(case, other_material=case.material.passive) if getattr(case.material, "pulls", False) else case
+
+
+def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
+    """What the muscle of a mesh does at its nodes (n, 3), N: counted with the loads, with which it grows."""
+    found = np.zeros_like(mesh.points)
+    for own, which in alone(case, mesh):
+        muscle = own.material
+        if getattr(muscle, "pulls", False):
+            cells, at = mesh.cells[which], _pulling(muscle)
+            most = float(abs(values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
+            rules = own_points(own, mesh.mesh, which, False)
+            body = fiber_axes_by_differences.DirectedBody(
+                mesh.points, cells, mesh.kind, u, TERM, most, False, case.depth, rules, at
+            )
+            found -= body.forces(cells)[0]
+    return found
+
+
+def _pulling(muscle: Any) -> Callable[[Floats], Stress]:
+    """The stress of its tension at points."""
+    return lambda X: fiber_axes_by_differences.pull_of(values(muscle.tension, X), vectors(muscle.fibres, X)[0])

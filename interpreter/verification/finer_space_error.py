@@ -1,0 +1,229 @@
+"""The same model on a finer space over its own cells: what is left to do from the state that was found.
+
+Four-node tetrahedra get ten nodes, other cells are cut into eight. No coarser mesh is needed: a mesh from a file has a
+finer space as well. Hexahedra that keep the volume at every point are held, near incompressibility, against such that
+keep its mean: finer ones of their own kind lock too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark import resource_limits
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.models.fem.fem_declaration import Fem
+from softmark.interpreter.models.postprocessing.mesh_stress import stress_of
+from softmark.interpreter.models.shared import interaction_setup
+from softmark.interpreter.models.shared.material_regions import typical
+from softmark.interpreter.models.shared.prepared_model import Moved, Solution, Workshop
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.verification.estimation_budget import Budget
+from softmark.interpreter.verification.probe_errors import Floats, Remembered, Unknown
+from softmark.records import dataclass
+from softmark.solvers.elements import element_of
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.fem.fem_builder import PreparedSolid
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.linear.factorisations import Factor
+    from softmark.solvers.mesh.mesh_refinement import Finer
+    from softmark.solvers.statics.finer_space_solve import Below
+
+SHARE = 0.6  # of the memory that is left: what a finer space may take
+MORE = 2  # modes beyond those asked for: on finer cells they may come in another order
+FACTORS = 1.8  # exponent of the unknowns in the cost of factors, between those of meshes in 2D and in 3D
+FREED = 0.4  # Poisson's ratio from which hexahedra lock visibly on finer meshes too
+
+
+@dataclass(frozen=True)
+class Above:
+    """The state of a finer space: its model, mesh and problem, displacements (dofs,), m, and the coarse level."""
+
+    model: Fem
+    case: Case
+    space: Finer
+    static: PreparedSolid
+    state: Floats
+    coarse: Callable[[], Below]
+    budget: Budget
+
+    @cached_property
+    def solution(self) -> Solution:
+        """Displacements, stress and nodal forces in the finer space, as for any other solution."""
+        return told(self.static, self.case, self.state)
+
+    @cached_property
+    def missing(self) -> Mapping[str, float]:
+        """Fraction of each surface load that the mesh of the finer space may miss, by name of the load."""
+        from softmark.interpreter.problem.surface_selection.load_resultants import resultants
+
+        return {name: r.missing for name, r in resultants(self.case, self.static).items() if r.area is not None}
+
+    @cached_property
+    def solver(self) -> tuple[Any, Any]:
+        """The tangent in its state, and what solves with it."""
+        from softmark.solvers.statics.finer_space_solve import solver
+
+        return solver(self.static.problem.assembly, self.state, self.coarse, self.budget.check)
+
+    def frequencies(self, coarse: Assembly, x: Floats, known: Factor, count: int) -> Floats:
+        """Hz (count,), near those of the coarse space in its state x, whose tangent is factored. Raises Unknown."""
+        from softmark.interpreter.models.postprocessing.vibrations import matrix
+        from softmark.solvers.dynamics.vibration_modes import NotSettled, lowest
+        from softmark.solvers.linear.factorisations import Singular
+        from softmark.solvers.statics.finer_space_solve import StateLost, slowest
+
+        try:
+            M, P = matrix(self.static.mass(), self.static.problem.assembly), self.coarse().P
+            taken = max(count, min(count + MORE, len(coarse.free) // 2 - 1))
+            left = self.budget.left
+            modes = P @ lowest(coarse.tangent(x, 1.0), (P.T @ M @ P).tocsr(), taken, lambda: known)[1]
+            self.budget.grow(left - self.budget.left)
+            values = slowest(*self.solver, M, modes)[:count]
+        except (NotSettled, StateLost, Singular, Undefined) as error:
+            raise Unknown(str(error) or "the finer space has no modes") from error
+        if not values[0] > 0.0:
+            raise Unknown("the finer space has no slowest mode: its state is unstable")
+        found: Floats = np.sqrt(values) / (2.0 * np.pi)
+        return found
+
+
+def found(
+    scene: Scene, declared: Declared, case: Case, solved: Moved, below: Callable[[], Any], budget: Budget
+) -> Above:
+    """The state of the finer space near the nodal displacements of `solved`, a mesh that is deformed. Raises Unknown.
+
+    `below` gives the assembly of the coarse space and a factor of its tangent there.
+    """
+    from softmark.interpreter.models.fem.fem_builder import at_rest
+    from softmark.solvers.linear.factorisations import Singular
+    from softmark.solvers.mesh.mesh_refinement import Unmatched, finer, needs
+    from softmark.solvers.statics.finer_space_solve import Below, StateLost, settled
+    from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
+
+    model: Fem = declared.thing
+    _must_forget(case)
+    _must_fit(needs(solved.mesh))
+    try:
+        above = finer(solved.mesh, None if model.mesh is not None else case.shape)
+        thing = _freed(model, typical(case, solved.mesh), above.mesh.kind)
+        budget.check()
+        static, _ = at_rest(thing, replace(declared, thing=thing), case, Workshop(scene=scene), above.mesh)
+        problem = static.problem
+        x = static.unknowns.begun(above.displaced(solved.displacement).ravel())
+        assert x is not None
+        x[problem.fixed] = problem.target
+        static = interaction_setup.keeping(static, x)
+        problem = static.problem
+        _must_be_worth(problem.assembly, solved, budget)
+        coarse = _Once(lambda: Below.of(above.P, below()[0], problem.assembly, below()[1]))
+        if problem.assembly.saddle:  # whose pressures start from nothing: the first step says little of the others
+            state = equilibrium(replace(problem, start=x, watch=budget.check)).x
+        else:
+            state = settled(problem.assembly, x, coarse, budget.check)
+    except NotConverged as error:
+        raise Unknown(f"the finer space has no equilibrium near ({error.reason})") from error
+    except (Unmatched, StateLost, Singular) as error:
+        raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
+    if not problem.sound(state):
+        raise Unknown("cells of the finer space are inside out")
+    return Above(thing, case, above, static, state, coarse, budget)
+
+
+def _must_be_worth(assembly: Assembly, solved: Moved, budget: Budget) -> None:
+    """Raises Overspent if factorising the finer space, by a power of its unknowns, costs more than the budget left."""
+    from softmark.solvers.statics.finer_space_solve import SMALL, is_direct
+
+    if is_direct(assembly) and len(assembly.free) > SMALL:
+        budget.must_hold((assembly.dofs / solved.displacement.size) ** FACTORS)
+
+
+def _must_forget(case: Case) -> None:
+    if case.remembered:
+        raise Unknown("with friction a state depends on those before it, which a finer space has not gone through")
+
+
+def _must_fit(needed: float) -> None:
+    """Raises Unknown where a finer space would take more than its share of the memory that is left."""
+    free = resource_limits.available()
+    if needed > SHARE * free:
+        gigabytes = f"about {needed / 1e9:.2g} GB of memory, and {max(free, 0.0) / 1e9:.2g} GB are free"
+        raise Unknown(f"a finer space would take {gigabytes}")
+
+
+def remembered(model: Fem, case: Case, mesh: Moved) -> Remembered:
+    """What a model found on a mesh, as a field of displacements."""
+    from softmark.interpreter.models.shared.deformed_mesh import displacement_of
+
+    return Remembered(displacement_of(mesh.mesh, mesh.displacement), stress_of(model, case, mesh), {})
+
+
+def _freed(model: Fem, materials: tuple[Any, ...], kind: str) -> Fem:
+    """The model of some materials on the finer cells, of an element that does not lock where its own would."""
+    from softmark.solvers.materials import mixed_for
+
+    thing = model.plain(element=kind)
+    full = model.integration == "full" and model.formulation == "displacement" and model.rotation == "point"
+    freed = "mean_dilatation" in element_of(kind).formulations
+    tight = max(m.poisson for m in materials) >= FREED
+    if freed and full and tight and all(mixed_for(m, model.strain) for m in materials):
+        return replace(thing, formulation="mean_dilatation")
+    return thing
+
+
+class _Once:
+    """A value that is made when it is first asked for."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make, self._made = make, None
+
+    def __call__(self) -> Any:
+        if self._made is None:
+            self._made = self._make()
+        return self._made
+
+
+def told(static: PreparedSolid, case: Case, state: Floats) -> Solution:
+    """Return the solution of a solid in a given state: displacements anywhere, stress and nodal forces."""
+    from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
+    from softmark.interpreter.models.shared.deformed_mesh import Deformed
+
+    pressures = static.unknowns.pressed(static.solid, static.pieces, state)
+    mesh = Deformed(static.mesh, static.unknowns.moved(state).reshape(-1, 3), pressures=pressures)
+    field = remembered(static.model, case, mesh)
+    found = Solution("converged", None, {}, field, stress=field.stress, carried=cache(lambda: static.carried_in(state)))
+    return replace(found, at_rest=at_rest(replace(static.declared, thing=static.model), case, static, found))
+
+
+def alike(
+    scene: Scene, declared: Declared, case: Case, solved: Moved, tangent: Callable[[], Any], budget: Budget
+) -> Solution:
+    """Solve another model on the mesh of `solved`, starting from its state. Raises Unknown.
+
+    `tangent` returns the assembly of the solved model and a factor of its tangent. That factor finds a nearby state;
+    only where it fails, Newton's method takes new tangents.
+    """
+    from softmark.interpreter.models.fem.fem_builder import at_rest
+    from softmark.solvers.statics.finer_space_solve import StateLost, nearby
+    from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
+
+    _must_forget(case)
+    static, _ = at_rest(declared.thing, declared, case, Workshop(scene=scene), solved.mesh)
+    u = np.ascontiguousarray(solved.displacement, dtype=np.float64).ravel()
+    try:
+        own, known = tangent()
+        if own.dofs == static.problem.assembly.dofs and not case.contacts:
+            return told(static, case, nearby(static.problem.assembly, u, known, budget.check))
+    except (Unknown, StateLost):
+        pass  # Newton's method below
+    try:
+        result = equilibrium(replace(static.problem, start=static.unknowns.begun(u), watch=budget.check))
+    except NotConverged as error:
+        raise Unknown(f"the same with its best strain has no solution ({error.reason})") from error
+    return told(static, case, result.x)

@@ -1,0 +1,248 @@
+"""The watchdog: what a model says it found is looked at once more before it becomes a result.
+
+Forces of a state of rest are found again by formulas that share nothing with those that solved
+(solvers/independent_forces/solid_forces.py); a state whose forces do not balance as well as the solver says is no
+answer. Cells inside out are counted, and nothing that is not a finite number is let through.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.results.json_records import clean
+from softmark.interpreter.results.run_report import ModelResult
+from softmark.interpreter.verification import material_stability, reaction_balance
+from softmark.interpreter.verification.by_model import voucher_of
+from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
+from softmark.interpreter.verification.by_model.verifier import Found, Voucher
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.solvers.elements import CELLS
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.solid_forces import CheckedBody
+
+AGREES = 2.0  # times what the solver claims
+SAYS = 0.01  # of the loads: more than that a state that converged leaves only where it has none
+ACTS = 1e-6  # of what acts: where rounding is less, something does
+SEEN = 0.005  # of a value: differences that three digits show
+
+
+def watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
+    """A solution with `checks` among its facts; one that does not stand up to them is `failed`.
+
+    Of one that is no answer it is said where its law ends, if it does.
+    """
+    found = _watched(scene, declared, case, prepared, solution)
+    ends = dict.fromkeys(end for m in case.materials if (end := getattr(m, "ends", None)) is not None)
+    if found.status == "converged" or not ends:
+        return found
+    return replace(found, message=f"{found.message}; {'; '.join(ends)}")
+
+
+def _watched(scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution) -> Solution:
+    facts = clean(solution.facts)
+    solution = replace(solution, facts=facts)
+    if solution.displacement is None:
+        return solution
+    if (reason := _not_finite(solution)) is not None:
+        return _refused(solution, reason)
+    if solution.reduction_error is not None:
+        from softmark.interpreter.verification.by_model.reduced_verifier import judged
+
+        solution = judged(declared, solution)
+        if solution.displacement is None:
+            return solution
+        facts = solution.facts
+    try:
+        with np.errstate(all="ignore"):
+            found, reason = _checked(scene, declared, case, prepared, solution)
+    except Exception as error:  # a check that fails says nothing of the solution
+        if os.environ.get("SOFTMARK_DEBUG"):
+            raise
+        found, reason = {"residual": None, "reason": f"the check stopped: {type(error).__name__}: {error}"}, None
+    facts = facts | {"checks": clean(found)}
+    if reason is not None:
+        return _refused(replace(solution, facts=facts), reason)
+    notes = (*solution.notes, *_folded(declared, solution, found), *material_stability.said(declared, found),
+             *_unseen(declared, found))  # fmt: skip
+    return replace(solution, facts=facts, notes=notes)
+
+
+def _refused(solution: Solution, reason: str) -> Solution:
+    return Solution("failed", reason, solution.facts, notes=solution.notes)
+
+
+# ------------------------------------------------------------------ numbers
+
+
+def _not_finite(solution: Solution) -> str | None:
+    """Which numbers of a solution are not finite, in words."""
+    mesh, history = solution.mesh, solution.history
+    if mesh is not None and not solid_forces.finite([np.asarray(mesh.displacement)]):
+        return "the displacements are not finite numbers"
+    if mesh is not None and mesh.frames is not None and not solid_forces.finite([mesh.frames]):
+        return "the displacements on the way are not finite numbers"
+    if mesh is not None and mesh.pressures is not None and not solid_forces.finite([mesh.pressures]):
+        return "the pressures are not finite numbers"
+    if history is None:
+        return None
+    if not solid_forces.finite([np.asarray(history.times), np.asarray(history.step_s), np.asarray(history.step_cpu_s)]):
+        return "the times of the motion are not finite numbers"
+    if not solid_forces.finite([np.asarray(e) for e in history.energies.values()]):
+        return "the energies of the motion are not finite numbers"
+    return None
+
+
+def loose(scene: Scene, models: Mapping[str, ModelResult]) -> list[Diagnostic]:
+    """A warning where the analysis is solved less well than what is read from it."""
+    if not (analyses := list(scene.of_kind("analysis").values())):
+        return []
+    analysis, tolerance = analyses[0], analyses[0].thing.tolerance
+    for name, metric in scene.of_kind("metric").items():
+        found = (m.metrics.get(name) for m in models.values() if m.status == "converged")
+        values = sorted(m.value for m in found if m is not None and m.value is not None and m.meaningful)
+        if metric.thing.unit != "1" or metric.thing.measured_from is None:
+            continue
+        gaps = (b - a for a, b in pairwise(values) if b - a > SEEN * abs(b))
+        if (least := min(gaps, default=math.inf)) <= tolerance:
+            return [_loose(analysis, f"tell models apart that differ by {100 * least:.2g} % in `{name}`")]
+        if values and values[0] <= tolerance:
+            return [_loose(analysis, f"vouch for an error of {100 * values[0]:.2g} % in `{name}`")]
+    return []
+
+
+def _loose(analysis: Declared, what: str) -> Diagnostic:
+    return diagnostic(
+        "W352",
+        analysis.at("tolerance"),
+        f"a tolerance of {analysis.thing.tolerance:.0e} cannot {what}",
+        "solved less well than it is read",
+        "use a tolerance well below the differences that matter; the usual one is 1e-8",
+    )
+
+
+# ------------------------------------------------------------------ checks
+
+
+def _checked(
+    scene: Scene, declared: Declared, case: Case, prepared: Prepared, solution: Solution
+) -> tuple[dict[str, Any], str | None]:
+    """What the report says of the checks, and why the solution is no answer, if it is none."""
+    voucher, looked = voucher_of(declared.thing), Found(scene, declared, case, prepared, solution)
+    found = _cells(solution, case.depth) | voucher.facts(looked)
+    found |= {n: v for n, v in (solution.facts.get("energy") or {}).items() if n in ("drift", "gained")}
+    if isinstance(case.analysis, Dynamic):
+        return found, None
+    if case.contacts and solution.mesh is not None:
+        from softmark.interpreter.verification import contact_forces_check, rigid_body_equilibrium_check
+
+        for look in (contact_forces_check.seen, rigid_body_equilibrium_check.checked):
+            own, behind = look(case, solution.mesh, np.asarray(solution.mesh.displacement, dtype=np.float64))
+            found |= own
+            if behind is not None:
+                return found, behind
+    if voucher.holds and solution.mesh is not None and solution.mesh.kind in CELLS:
+        from softmark.interpreter.verification.support_reactions_check import misplaced
+
+        off, support = misplaced(case, solution.mesh)
+        found |= {"misplaced": off}
+        if support is not None:
+            return found, f"`{support}` does not hold the body where it should: {off:.1e} of its size is lacking"
+    if not case.uniform and solution.mesh is not None and solution.mesh.kind in CELLS and declared.thing.graded:
+        from softmark.interpreter.verification.heterogeneous_constants_check import integrated
+
+        formulation = getattr(declared.thing, "formulation", "displacement")
+        own, behind = integrated(case, solution.mesh, formulation != "displacement")
+        found |= own
+        if behind is not None:
+            return found, behind
+    try:
+        result, claimed = voucher.balance(looked)
+    except Unchecked as reason:
+        return _held(voucher, looked, {"residual": None, "reason": str(reason), **found})
+    found = {"residual": result.residual, "rounding": result.rounding, "nodes": result.nodes, **found}
+    if not math.isfinite(result.residual):
+        return found, "the forces of its solution are not finite numbers"
+    # what meets the tolerance is what was asked for, however much better the solver thought it was
+    whole = solution.status == "converged" and declared.thing.reduces is None  # a reduced model leaves what it leaves
+    if whole and claimed is not None and result.rounding < ACTS:
+        claimed = min(claimed, SAYS)
+    allowed = max(AGREES * (claimed or 0.0), case.analysis.tolerance) + LEFT * result.rounding
+    if claimed is None or result.residual <= allowed:
+        return _held(voucher, looked, found)
+    problem = (
+        f"its forces do not balance: found again by other formulas, {result.residual:.1e} of the loads is left, where "
+        f"the solver says {claimed:.1e}"
+    )
+    return found, problem
+
+
+def _held(voucher: Voucher, looked: Found, found: dict[str, Any]) -> tuple[dict[str, Any], str | None]:
+    """The same with what supports and loads come to together."""
+    own, reason = reaction_balance.checked(voucher, looked)
+    return found | own, reason if looked.solution.status == "converged" else None
+
+
+def _cells(solution: Solution, depth: float) -> dict[str, Any]:
+    """Cells that are inside out, and the least volume ratio, at integration points and nodes of each.
+
+    `depth` (m) is that of the slice that stands for a body of revolution, 0 of another body.
+    """
+    mesh = solution.mesh
+    if mesh is None or mesh.kind not in CELLS:
+        return {}
+    u = np.asarray(mesh.displacement, dtype=np.float64)
+    body = CheckedBody(mesh.points, mesh.cells, mesh.kind, u, (), 0.0, depth=depth)
+    least, strain = body.volumes()
+    return {
+        "inverted": int((~(least > 0.0)).sum()), "of_cells": len(least), "worst_J": float(least.min()),
+        "largest_strain": float(strain.max()),
+    }  # fmt: skip
+
+
+def _folded(declared: Declared, solution: Solution, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning where cells are inside out, unless the model said so itself."""
+    if not found.get("inverted") or any(note.code == "W324" for note in solution.notes):
+        return
+    yield diagnostic(
+        "W351",
+        declared.at(),
+        f"`{declared.name}` has {found['inverted']} of {found['of_cells']} cells inside out",
+        "folded",
+        "matter cannot do that; near those cells the displacements are those of no solid",
+    )
+
+
+def _unseen(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """Yield a warning for each force or contact that could not be verified, for whatever reason."""
+    if found.get("residual", 0.0) is None:
+        yield _unchecked(declared, f"the forces of `{declared.name}` were not found again: {found['reason']}")
+    elif "reason" in (pressed := found.get("pressed", {})):
+        what = f"what loads press rigid bodies with in `{declared.name}` was not found again"
+        yield _unchecked(declared, f"{what}: {pressed['reason']}")
+    for name, contact in found.get("contact", {}).items():
+        if "reason" in contact and found.get("residual", 0.0) is not None:
+            what = f"whether `{declared.name}` lies within the rigid body of `{name}` was not looked at"
+            yield _unchecked(declared, f"{what}: {contact['reason']}")
+
+
+def _unchecked(declared: Declared, what: str) -> Diagnostic:
+    return diagnostic(
+        "W353",
+        declared.at(),
+        what,
+        "not checked by other formulas",
+        "its answer stands on the word of its solver alone; compare it with another model",
+    )

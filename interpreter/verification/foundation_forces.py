@@ -1,0 +1,92 @@
+"""What beds do to a body counted once more, for the watchdog, as loads are (load_forces_check.py): swept line by line.
+
+What solves multiplies displacements of nodes by integrals over facets. Here a traction is found at every point from
+how far the point has moved, and its force is put on the nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.verification.load_forces_check import MOST_UNSURE, sampled, selected
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.support_words import Level
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.solid_forces import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.problem.body_case import Case
+
+
+def of_beds(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Floats], float]:
+    """Forces on the nodes (n, 3), N, of every bed by its name, and what of it is not sure, N. Raises Unchecked."""
+    found, unsure = {}, 0.0
+    for bed in case.beds:
+        found[bed.name], left = _of_bed(bed, case, mesh, u)
+        if left > MOST_UNSURE * float(np.abs(found[bed.name]).sum()):
+            raise Unchecked("the border of what lies on a bed is too involved to be followed again")
+        unsure += left
+    return found, unsure
+
+
+def _of_bed(bed: Declared, case: Case, mesh: Moved, u: Floats) -> tuple[Floats, float]:
+    if isinstance(bed.thing, Level):
+        return _of_plate(bed, case, mesh, u), 0.0
+    total, unsure = np.zeros_like(u), 0.0
+    for whole, parts, (open_facets, left) in selected(bed.thing.where, case, mesh.mesh):
+        for facets, xi, w in (*sampled(whole), parts):
+            total += _pulled(bed, case, mesh.points, facets, xi, w, u)
+        middle = np.full((len(open_facets), 2), 0.25)
+        unsure += float(np.abs(_pulled(bed, case, mesh.points, open_facets, middle, left, u)).sum())
+    return total, unsure
+
+
+def _of_plate(bed: Declared, case: Case, mesh: Moved, u: Floats) -> Floats:
+    """Of springs between each point of a face and the mean of all: first the mean, then what pulls at each."""
+    from softmark.interpreter.models.shared.foundation_setup import plate_stiffness
+
+    pieces = [p for whole, parts, _ in selected(bed.thing.where, case, mesh.mesh) for p in (*sampled(whole), parts)]
+
+    def total(value: Callable[[Floats, Floats], Floats]) -> Floats:
+        """Forces of all points, by how far they have moved (p, 3) and their areas (p, 3)."""
+        found = np.zeros_like(u)
+        for facets, xi, w in pieces:
+            found += solid_forces.part_forces(
+                mesh.points, facets, xi, w, partial(value, _moved(facets, xi, u)), case.depth
+            )
+        return found
+
+    whole = total(lambda moved, dA: dA).sum(axis=0)
+    area = float(np.linalg.norm(whole))
+    n = whole / area
+    mean = float(total(lambda moved, dA: (moved @ n)[:, None] * dA).sum(axis=0) @ n) / area
+    stiff = plate_stiffness(case, mesh.mesh, area)
+    return total(lambda moved, dA: -stiff * ((moved @ n) - mean)[:, None] * dA)
+
+
+def _moved(facets: Ints, xi: Floats, u: Floats) -> Floats:
+    """How far points at local places xi (p, 2) of facets (p, k) have moved (p, 3), m."""
+    found: Floats = (solid_forces.shape(facets.shape[1], xi)[:, :, None] * u[facets]).sum(axis=1)
+    return found
+
+
+def _pulled(bed: Declared, case: Case, points: Floats, facets: Ints, xi: Floats, w: Floats, u: Floats) -> Floats:
+    """Forces (n, 3), N, of points with weights w (p,) at local places xi (p, 2) of facets (p, k)."""
+    moved = _moved(facets, xi, u)
+
+    def push(dA: Floats) -> Floats:
+        size = np.linalg.norm(dA, axis=1, keepdims=True)
+        way = moved
+        if bed.thing.directions == "normal":
+            n = dA / size
+            way = n * (n * moved).sum(axis=1, keepdims=True)
+        force: Floats = -bed.thing.stiffness * size * way
+        return force
+
+    return solid_forces.part_forces(points, facets, xi, w, push, case.depth)

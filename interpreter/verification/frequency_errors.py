@@ -1,0 +1,88 @@
+"""What a model states of a frequency: how far those of coarser ones of its kind are from it, number by number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.metrics.frequency import Frequency
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.models.shared.prepared_model import Solution
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.verification.grid_convergence import COARSE
+from softmark.interpreter.verification.probe_errors import NO_ERROR, Floats, ProbeAnswer, Unknown
+from softmark.records import dataclass
+
+EPS = float(np.finfo(np.float64).eps)
+WAVES = 10.0  # c / h: the fastest of a hex8 cell is 2 sqrt(3) to 6 c / h, that of elements of degree two above it
+HARD = 1e4  # bulk modulus over shear modulus: beyond, what keeps the volume is no spring
+
+
+@dataclass(frozen=True)
+class ToneAnswer(ProbeAnswer):
+    """The frequency of a mode. Modes are counted from the slowest, and those of another mesh are as well: where two
+    change places between meshes, the numbers do not jump."""
+
+    vibrations: Callable[[int], Floats] | None = None
+
+    @property
+    def in_forces(self) -> bool:
+        """It is about stiffness and mass, which displacements at points do not tell."""
+        return True
+
+    @property
+    def size(self) -> float:
+        """The frequency, Hz."""
+        return self.tone
+
+    @property
+    def tone(self) -> float:
+        """Hz. Raises Unknown."""
+        if self.vibrations is None or not isinstance(self.metric, Frequency):
+            raise Unknown(NO_ERROR)
+        try:
+            found = self.vibrations(self.metric.mode)
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+        if len(found) < self.metric.mode:
+            raise Unknown(f"a coarser one has {len(found)} modes")
+        return float(found[-1])
+
+    def lost(self, materials: tuple[Any, ...], far: float, cell: float) -> float:
+        """What rounding takes of it, Hz, in cells of these materials.
+
+        That of the coordinates of cells (`far` from the origin, m), and that of the fastest vibration of a mesh, some
+        waves of pressure across a cell, in which the slow one is told.
+        """
+        law = min(materials, key=lambda m: m.density)
+        stiff = max(m.shear_modulus * 4.0 / 3.0 + min(m.bulk_modulus, HARD * m.shear_modulus) for m in materials)
+        fastest = WAVES * math.sqrt(stiff / law.density) / cell  # rad/s
+        ratio = fastest / (2.0 * math.pi * self.tone) if self.tone > 0.0 else math.inf
+        found = 10.0 * EPS * (far / cell + ratio**2)
+        if not found <= COARSE:
+            raise Unknown("it is so slow beside what cells do that rounding may take all of it")
+        return found * self.tone
+
+    def of(self, solution: Solution) -> ProbeAnswer:
+        """That of another solution."""
+        return replace(self, vibrations=solution.vibrations)
+
+    def change(self, other: ProbeAnswer) -> float:
+        """Return the difference to the frequency of another solution, Hz, by `apart`. Raises Unknown."""
+        return self.apart(other)
+
+    def apart(self, other: ProbeAnswer) -> float:
+        """How far that of another solution is from this one, Hz. Raises Unknown."""
+        if not isinstance(other, ToneAnswer):
+            raise Unknown(NO_ERROR)
+        return abs(other.tone - self.tone)
+
+
+def of_view(metric: Frequency, view: View) -> ToneAnswer:
+    """The frequency that a model has."""
+    nothing = np.zeros((0, 3))
+    return ToneAnswer(nothing, nothing, metric=metric, view=view, at_rest=view.at_rest, vibrations=view.vibrations)

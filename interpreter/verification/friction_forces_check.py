@@ -1,0 +1,35 @@
+"""What friction does to points counted once more, from what a state says of them: where they hold on to a body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.interpreter.verification.support_reactions_check import motion
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.solvers.independent_forces import rigid_friction_forces
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.problem.body_case import Touch
+    from softmark.solvers.independent_forces.solid_forces import Floats, Ints
+
+
+def rubbed(
+    touch: Touch, mesh: Moved, points: tuple[Ints, Floats], x: Floats, n: Floats, p: Floats, spring: float, flat: bool
+) -> Floats:
+    """Tractions (m, 3), Pa, at points x (m, 3), m, under pressures p (m,) along normals n (m, 3). Raises Unchecked.
+
+    `points` are their nodes and shares (m, a) of these: where nothing presses they may be points that are not kept.
+    """
+    own = mesh.rubbed.get(touch.name)
+    if own is None or own.points is None:
+        raise Unchecked(f"what the friction of `{touch.name}` remembers is not known")
+    which = rigid_friction_forces.numbers(*points, own.points.of, own.points.shares)
+    if np.any((which < 0) & (p > 0.0)):
+        raise Unchecked(f"`{touch.name}` presses where its friction remembers nothing")
+    held = rigid_friction_forces.taken(own.anchors[which], *motion(touch))
+    if flat:
+        held = held * (1.0, 1.0, 0.0)
+    return rigid_friction_forces.traction(x, held, n, touch.thing.friction * p, spring)

@@ -1,0 +1,297 @@
+"""Constants that vary in space, looked up once more for the watchdog: by other code for what is read from images."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import ndimage
+
+from softmark.interpreter.language.spatial_profiles import Profile
+from softmark.interpreter.models.shared.material_regions import some_cells
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.field_files import Image, loaded, reading
+from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.vocabulary.field_words import Field
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.solid_forces import Floats
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from softmark.interpreter.verification.probe_errors import ProbeAnswer
+    from softmark.interpreter.verification.solution_under_test import Answer
+
+LOOKED = 32  # points of each look-up at which arithmetic on arrays is done again, one by one
+AGREE = 1e-12
+
+
+def again(field: Field, X: Floats) -> Floats:
+    """The values of a field at points X (n, 3), m: of an image by scipy's splines of degree one."""
+    known = loaded(field)
+    if not isinstance(known, Image):
+        return reading(field, X)
+    at = np.linalg.solve(np.linalg.inv(known.inverse), (X - known.centre).T)
+    found: Floats = field.unit.value * ndimage.map_coordinates(known.numbers, at, order=1, mode="nearest")
+    return found
+
+
+def values(constant: Any, X: Floats) -> Floats:
+    """A constant of a material at points X (n, 3), m: (n,). Raises ValueError where arithmetic is not one."""
+    if not isinstance(constant, Profile):
+        return np.full(len(X), float(constant))
+    found: Floats = constant.values(X, again)
+    if not constant.fields:
+        some = np.linspace(0, len(X) - 1, min(LOOKED, len(X))).astype(int)
+        plain = np.array([constant.value(tuple(map(float, X[i]))) for i in some])
+        if not np.allclose(found[some], plain, rtol=AGREE, atol=0.0):
+            raise ValueError(f"`{constant.name}` comes to other numbers one by one than all at once")
+    return found
+
+
+def constants_of(case: Case) -> Any:
+    """What tells Young's modulus and Poisson's ratio of a case at points (n, 3)."""
+    material = case.material
+    return lambda X: (values(material.young, X), values(material.poisson, X))
+
+
+def density_of(case: Case) -> Any:
+    """A density, kg/m^3: a number, or what tells it at points (n, 3)."""
+    rho = case.material.density
+    return (lambda X: values(rho, X)) if isinstance(rho, Profile) else rho
+
+
+# ------------------------------------------------------------------ integrals by another quadrature
+
+LOOKED_AT = (6, 4)  # cells of each material that are integrated again: with points of their own, and others
+BOXES = 6  # along each direction of a cell, to begin with
+MOST = 20_000  # boxes of a cell; the error that they leave is allowed for
+ROUNDS = 40  # times that boxes are halved
+CLOSE = 1e-3  # of the size of an integral: when boxes are small enough
+OFF = 5e-3  # of an integral: the error that the element's quadrature may have
+
+
+def integrated(case: Case, mesh: Moved, pressures: bool) -> tuple[dict[str, Any], str | None]:
+    """Compare integrals of constants over some cells with adaptive quadrature; return the deviation and any objection.
+
+    Adaptive boxes divide the cube that collapses to each cell. Points of the model only show where features may be, and
+    do not enter the integrals. Integrands are each constant, and each constant times each local coordinate.
+    """
+    worst, reason = 0.0, None
+    for own, which in alone(case, mesh):
+        part = some_cells(mesh.mesh, which)
+        for name, rows, seen in _integrands(own, part, pressures):
+            off = _volumes_off(seen, part)
+            worst = max(worst, off)
+            if off > OFF and reason is None:
+                reason = f"the points by which `{name}` is integrated miss the volume of a cell by {100 * off:.2g} %"
+            for cell in _chosen(seen, len(part.cells)):
+                off, allowed = _compared(rows, seen, part, cell)
+                worst = max(worst, off)
+                if off > allowed and reason is None:
+                    reason = (f"the integral of `{name}` over a cell is {100 * off:.2g} % away from what another "
+                              f"quadrature finds")  # fmt: skip
+    return {"integrals_off": worst}, reason
+
+
+def _integrands(case: Case, mesh: Any, pressures: bool) -> Iterator[tuple[str, Callable[[Floats], Floats], Any]]:
+    """Yield the name of a constant, its integrands (g, n) at points (n, 3), and the quadrature that the model uses."""
+    from softmark.interpreter.models.shared import heterogeneous_material
+
+    material = case.material
+    if (seen := heterogeneous_material.density_resolved(case, mesh)) is not None:
+        yield "density", lambda X: values(material.density, X)[None], seen
+    if (seen := heterogeneous_material.stiffness_of(case, mesh, pressures)) is None:
+        return
+    active = next((n for n in heterogeneous_material.ACTIVE if isinstance(getattr(material, n, None), Profile)), None)
+    if active is not None:
+        yield active, lambda X: values(getattr(material, active), X)[None], seen
+        return
+
+    def moduli(X: Floats) -> Floats:
+        E, nu = values(material.young, X), np.minimum(values(material.poisson, X), 0.5 - 1e-9)
+        if not isinstance(material.poisson, Profile):
+            return np.stack([E, 1.0 / E] if pressures else [E])
+        K = E / (3.0 - 6.0 * nu)
+        return np.stack([E / (2.0 + 2.0 * nu), 1.0 / K if pressures else K])
+
+    yield "young" if isinstance(material.young, Profile) else "poisson", moduli, seen
+
+
+def _volumes_off(seen: Any, mesh: Any) -> float:
+    """Return the largest relative error of cell volumes by quadrature, for cells with points of their own."""
+    if seen.rule is None:
+        return 0.0
+    own = np.flatnonzero(seen.rule.special)
+    xi, w = solid_forces.rule(mesh.kind)
+    V = np.abs(solid_forces.gradients(mesh.points, mesh.cells[own], mesh.kind, xi)[1]) @ w
+    return float(np.abs(seen.rule.w[own].sum(axis=1) / V - 1.0).max(initial=0.0))
+
+
+def _chosen(seen: Any, count: int) -> Any:
+    """Return the numbers of a random sample of cells, first of those with points of their own, then of the others."""
+    own = np.zeros(count, dtype=bool) if seen.rule is None else seen.rule.special
+    rng = np.random.default_rng(count)
+    return np.concatenate(
+        [rng.permutation(np.flatnonzero(which))[:n] for which, n in zip((own, ~own), LOOKED_AT, strict=True)]
+    )
+
+
+def _compared(rows: Callable[[Floats], Floats], seen: Any, mesh: Any, cell: int) -> tuple[float, float]:
+    """Return the deviation of integrals over a cell, relative to the size of the integrands, and the allowed one."""
+    corners, kind = mesh.points[mesh.cells[[cell]]], mesh.kind
+    if seen.rule is None or not seen.rule.special[cell]:
+        xi, w = seen.own
+    else:
+        xi, w = (each[cell] for each in seen.rule.local(mesh))
+
+    def integrals(xi: Floats, w: Floats) -> tuple[Floats, Floats]:
+        X = (solid_forces.shape(kind, xi) @ corners)[0]
+        c, v = rows(X), w * solid_forces.gradients(mesh.points, mesh.cells[[cell]], kind, xi)[1][0]
+        return np.stack([c @ v, *(c @ (v * t) for t in xi.T)]), np.abs(c) @ np.abs(v)
+
+    found, size = integrals(xi, w)
+    hints = seen.fine.xi[seen.fine.cell == cell]
+    fine, left = by_boxes(kind, lambda xi: _weighed(rows, mesh, cell, xi), hints, CLOSE * size)
+    scale = size + 1e-3 * seen.total / len(mesh.cells)
+    off = (np.abs(found - fine) / scale)[: 1 if mesh.element.constant else None]  # one strain: no moments
+    allowed = OFF + (left + seen.missed[cell] * seen.total) / scale
+    worst = int(np.argmax(off.max(axis=0) - allowed))
+    return float(off[:, worst].max()), float(allowed[worst])
+
+
+def _weighed(rows: Callable[[Floats], Floats], mesh: Any, cell: int, xi: Floats) -> Floats:
+    """Integrands times the Jacobian determinant of a cell (g, n), at local points xi (n, 3)."""
+    corners = mesh.points[mesh.cells[[cell]]]
+    X = (solid_forces.shape(mesh.kind, xi) @ corners)[0]
+    found: Floats = rows(X) * solid_forces.gradients(mesh.points, mesh.cells[[cell]], mesh.kind, xi)[1][0]
+    return found
+
+
+def by_boxes(kind: str, f: Callable[[Floats], Floats], hints: Floats, close: Floats) -> tuple[Floats, Floats]:
+    """Integrals (4, g) over a reference cell of functions f (g, n), and of f times each local coordinate.
+
+    The second result is an error estimate (g,): three Gauss points per direction of a box less two. Boxes are halved
+    until the summed error is `close` (g,) and no value at local points `hints` (n, 3) is outside the range in its box.
+    """
+    grid = np.stack(np.meshgrid(*[np.arange(BOXES) / BOXES] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    low, size = grid, np.full_like(grid, 1.0 / BOXES)
+    at, told = in_cube(kind, hints), f(hints)
+    total, error = np.zeros((4, len(close))), np.zeros(len(close))
+    taken = 0
+    for turn in range(ROUNDS + 1):
+        values, own, off, bend = _boxed(kind, f, low, size)
+        width = values.max(axis=2) - values.min(axis=2)
+        beyond = np.zeros((len(close), len(low)))
+        owner = _owners(at, low, size)
+        some = owner >= 0
+        above = np.maximum(told - values.max(axis=2)[:, owner], values.min(axis=2)[:, owner] - told)
+        for g in range(len(close)):
+            np.maximum.at(beyond[g], owner[some], above[g, some])
+        volume = np.prod(size, axis=1)
+        beyond = np.where(beyond > width, beyond * volume, 0.0)
+        rough = np.asarray(((off + beyond) > close[:, None] / (taken + len(low))).any(axis=0))
+        if turn == ROUNDS or taken + len(low) + int(rough.sum()) > MOST:
+            rough[:] = False
+        total += own[:, :, ~rough].sum(axis=2)
+        error += (off + beyond)[:, ~rough].sum(axis=1)
+        taken += int((~rough).sum())
+        if not rough.any():
+            break
+        axis = bend[rough].argmax(axis=1)
+        low, size = low[rough], size[rough].copy()
+        rows = np.arange(len(low))
+        size[rows, axis] *= 0.5
+        up = low.copy()
+        up[rows, axis] += size[rows, axis]
+        low, size = np.concatenate([low, up]), np.concatenate([size, size])
+    return total, error
+
+
+def _owners(at: Floats, low: Floats, size: Floats) -> Any:
+    """Return the number of the box that contains each point (n, 3) of the cube (n,); -1 where no box does."""
+    from scipy.spatial import cKDTree
+
+    if not len(at):
+        return np.zeros(0, dtype=np.int64)
+    tree = cKDTree(at)
+    found = np.full(len(at), -1)
+    near = tree.query_ball_point(low + 0.5 * size, 0.5 * size.max(axis=1), p=np.inf)
+    for box, own in enumerate(near):
+        own = np.array(own, dtype=np.int64)
+        inside = np.all(np.abs(at[own] - low[box] - 0.5 * size[box]) <= 0.5 * size[box], axis=1)
+        found[own[inside]] = box
+    return found
+
+
+def _boxed(
+    kind: str, f: Callable[[Floats], Floats], low: Floats, size: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return values (g, n, 27), integrals (4, g, n), errors (g, n) and the variation per axis (n, 3), in n boxes."""
+
+    def at(many: int) -> tuple[Floats, Floats, Floats]:
+        t, v = np.polynomial.legendre.leggauss(many)
+        points = 0.5 + 0.5 * np.stack(np.meshgrid(t, t, t, indexing="ij"), axis=-1).reshape(-1, 3)
+        cube = (low[:, None] + points * size[:, None]).reshape(-1, 3)
+        xi, w = collapsed(kind, cube)
+        found = f(xi).reshape(-1, len(low), many**3)
+        w = w.reshape(len(low), -1) * 0.125 * np.einsum("i,j,k->ijk", v, v, v).ravel() * np.prod(size, axis=1)[:, None]
+        return found, w, xi.reshape(len(low), -1, 3)
+
+    (values, w, xi), (less, v, eta) = at(3), at(2)
+    parts = [(values * w).sum(axis=2), *((values * w * xi[..., i]).sum(axis=2) for i in range(3))]
+    coarse = [(less * v).sum(axis=2), *((less * v * eta[..., i]).sum(axis=2) for i in range(3))]
+    own = np.stack(parts)
+    cube = (
+        values.reshape(-1, len(low), 3, 3, 3)
+        / np.maximum(np.abs(values).max(axis=(1, 2)), 1e-300)[:, None, None, None, None]
+    )
+    bend = np.stack([np.abs(np.diff(cube, axis=a)).sum(axis=(0, 2, 3, 4)) for a in (2, 3, 4)], axis=1)
+    return values, own, np.abs(own - np.stack(coarse)).max(axis=0), bend + 1e-9 * size
+
+
+def collapsed(kind: str, cube: Floats) -> tuple[Floats, Floats]:
+    """Map points of the unit cube (n, 3) to local points (n, 3); also return the Jacobian determinants (n,)."""
+    a, b, c = cube.T
+    if solid_forces.square(kind):
+        return 2.0 * cube - 1.0, np.full(len(cube), 8.0)
+    if solid_forces.wedged(kind):
+        return np.stack([a, (1.0 - a) * b, 2.0 * c - 1.0], axis=1), 2.0 * (1.0 - a)
+    return np.stack([a, (1.0 - a) * b, (1.0 - a) * (1.0 - b) * c], axis=1), (1.0 - a) ** 2 * (1.0 - b)
+
+
+def in_cube(kind: str, xi: Floats) -> Floats:
+    """Map local points (n, 3) to points of the unit cube (n, 3): the inverse of `collapsed`."""
+    x, y, z = xi.T
+    if solid_forces.square(kind):
+        return 0.5 * (xi + 1.0)
+    b = y / np.maximum(1.0 - x, 1e-12)
+    if solid_forces.wedged(kind):
+        return np.stack([x, b, 0.5 * (z + 1.0)], axis=1)
+    return np.stack([x, b, z / np.maximum((1.0 - x) * (1.0 - b), 1e-12)], axis=1)
+
+
+# ------------------------------------------------------------------ stated error
+
+
+def lost(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
+    """Return the part of the stated error from constants that vary within cells.
+
+    Integrals over cells may have errors: if every stiffness is off by at most a fraction, an answer is off by at most
+    that fraction. A body may also be softer than its cells, by the bounds of layers in series, or stiffer than those
+    with pressures (stiffness_bounds.py).
+    """
+    from softmark.interpreter.models.shared.material_regions import lost as of_mesh
+    from softmark.interpreter.models.shared.material_regions import softer_by, stiffer_by
+
+    mesh = None if whole.prepared is None else whole.prepared.mesh
+    left = 0.0 if mesh is None else of_mesh(whole.case, mesh)
+    if mesh is not None and whole.mesh is not None and len(whole.mesh.points) == len(mesh.points):
+        formulation = getattr(whole.declared.thing, "formulation", "displacement")
+        u = np.asarray(whole.mesh.displacement, dtype=np.float64)
+        share = softer_by(whole.case, mesh, u, formulation != "displacement")
+        left += share / (1.0 - share)
+        if formulation != "displacement":
+            left += stiffer_by(whole.case, mesh, u, whole.mesh.pressures)
+    return {"constants": lambda seen: left * seen.size} if left else {}

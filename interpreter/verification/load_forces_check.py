@@ -1,0 +1,482 @@
+"""Loads on solids counted once more, for the watchdog: the part of a surface that is loaded, line by line.
+
+What solves cuts triangles and follows borders. Here every facet is swept by straight lines of its local coordinates:
+where a border crosses a line is bisected, between two the condition is asked once, and strips between lines are halved
+until two Gauss rules agree. The two share the meaning of a selection (what is settled on a facet, curved sides).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.language.coordinate_conditions import Condition
+from softmark.interpreter.models.shared.material_regions import mass_points
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.group_conditions import apart, of_facets
+from softmark.interpreter.problem.surface_selection.loaded_surface_part import by_sides, settled_of
+from softmark.interpreter.verification.cell_materials_check import alone
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.load_words import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.records import dataclass
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.solid_forces import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+
+LINES = (12, 18)  # Gauss lines in a strip, of two rules
+ALONG = 7  # Gauss points between two crossings
+GRID = 12  # squared: Gauss points on whole facets whose area is no polynomial
+ASKED = 25  # points of a line, and lines of a facet, between which a border is looked for
+AGREE = 1e-11  # of the local area of a facet: what two rules may differ by in a strip
+HALVED = 14  # times
+SURE = 3e-9  # of the local area of a facet: what is not claimed to be found better
+MOST_UNSURE = 1e-6  # of a load: where more of it is, it was not found again
+MARGIN = 0.1  # of its size: how far a curved facet may reach beyond points on it
+
+
+def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
+    """Nodal forces of all loads (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
+    total, unsure = np.zeros_like(mesh.points), 0.0
+    for load in case.loads:
+        found, left = _load(load.thing.action, case, mesh, u, small, mass)
+        if left > MOST_UNSURE * float(np.abs(found).sum()):
+            raise Unchecked("the border of what is loaded is too involved to be followed again")
+        total += found
+        unsure += left
+    return total, unsure
+
+
+def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
+    match action:
+        case PerMass(acceleration=g):
+            carried = np.zeros(len(mesh.points))
+            for own, which in alone(case, mesh):
+                body = (mesh.points, mesh.cells[which], mesh.kind)
+                rules = mass_points(own, mesh.mesh, which)
+                carried += solid_forces.weights_of(*body, _density(own), mass, len(mesh.points), case.depth, rules)
+            return carried[:, None] * np.array(g), 0.0
+        case PerArea(traction=traction):
+            t = np.array(traction)
+            return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t)
+        case Tensile(stress=stress, direction=direction):
+            d = np.array(direction)
+            return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d)
+        case Follower(pressure=pressure):
+            surface, p = mesh.points if small else mesh.points + u, float(pressure)
+            return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
+        case Turning():
+            return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
+        case AtPoint() | PerLength():
+            from softmark.interpreter.verification import point_and_line_loads_check  # which no other load needs
+
+            return point_and_line_loads_check.placed(action, case, mesh)
+    raise Unchecked(f"there is no other formula for a load that acts as {type(action).__name__}")
+
+
+def _density(case: Case) -> Any:
+    """kg/m^3, or what tells it at points."""
+    if case.uniform:
+        return case.material.density
+    from softmark.interpreter.verification.heterogeneous_constants_check import density_of
+
+    return density_of(case)
+
+
+def _pushed(
+    load: PerArea | Tensile | Follower, case: Case, mesh: Mesh, surface: Floats, push: Callable[[Floats], Floats]
+) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
+
+    And the norm of what is not sure of them, N. Raises Unchecked.
+    """
+    found: Floats = np.zeros_like(surface)
+    unsure = 0.0
+    for whole, (f, xi, w), (g, left) in selected(load.where, case, mesh):
+        if isinstance(load, Tensile | Follower) or whole.shape[1] == 3:
+            found += solid_forces.surface_forces(surface, whole, push, case.depth)
+        else:
+            for each, at, weights in sampled(whole):
+                found += solid_forces.part_forces(surface, each, at, weights, push, case.depth)
+        found += solid_forces.part_forces(surface, f, xi, w, push, case.depth)
+        vague = solid_forces.part_forces(surface, g, np.full((len(g), 2), 0.25), left, push, case.depth)
+        unsure += float(np.abs(vague).sum())
+    return found, unsure
+
+
+def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition, Ints, Any]]:
+    """Conditions on coordinates, the facets that each is about, and what moves these onto their side."""
+    for condition, members in apart(where, of_facets(mesh)):
+        own = np.zeros(len(mesh.facets), dtype=np.bool_)
+        own[members] = True
+        for beside, out in by_sides(case.shape, mesh.points[mesh.facets]):
+            yield condition, np.flatnonzero(own & beside), out
+
+
+def _turned(load: Turning, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, of a moment on the selected part of a surface that lies at `surface` (n, 3), m, now.
+
+    And the norm of what is not sure of them, N. Point by point: t = c x (x - middle), int (x - middle) x t dA = moment.
+    Raises Unchecked.
+    """
+    known: list[tuple[Ints, Floats, Floats]] = []  # nodes, shape functions and area of every point
+    vague = 0.0
+    for whole, parts, (g, left) in selected(load.where, case, mesh):
+        for facets, xi, w in (*sampled(whole), parts):
+            known.append((facets, solid_forces.shape(facets.shape[1], xi), w * _stretch(mesh.points, facets, xi)))
+        vague += float(left @ _stretch(mesh.points, g, np.full((len(g), 2), 0.25)))
+    area = np.concatenate([own for _, _, own in known])
+    x = np.concatenate([np.einsum("pa,pai->pi", N, surface[facets]) for facets, N, _ in known])
+    r = x - area @ x / area.sum()
+    J = (area @ (r**2).sum(axis=1)) * np.eye(3) - np.einsum("p,pi,pj->ij", area, r, r)
+    forces = area[:, None] * np.cross(np.linalg.solve(J, np.array(load.moment)), r)
+    found, begin = np.zeros_like(surface), 0
+    for facets, N, own in known:
+        some, begin = forces[begin : begin + len(own)], begin + len(own)
+        np.add.at(found, facets, N[:, :, None] * some[:, None])
+    return found, vague / float(area.sum()) * float(np.linalg.norm(forces, axis=1).sum())
+
+
+def _stretch(points: Floats, facets: Ints, xi: Floats) -> Floats:
+    """Area for each local area (p,) at local points xi (p, 2) of facets (p, k)."""
+    t = np.einsum("pai,paj->jpi", points[facets], solid_forces.slope(facets.shape[1], xi))
+    found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=1)
+    return found
+
+
+Points = tuple[Ints, Floats, Floats]  # facets (p, k), local points (p, 2), weights (p,) in local area
+Swept = tuple[Ints, Points, tuple[Ints, Floats]]
+
+
+def selected(where: Condition, case: Case, mesh: Mesh) -> list[Swept]:
+    """Facets (w, k) that are selected whole, points on parts of others, and facets (v, k) with what is not sure there.
+
+    For every side of the body; found once for a mesh, in all states and by all models that share it. Raises Unchecked.
+    """
+    if (key := (selected, where)) not in mesh.selections:
+        mesh.selections[key] = list(_swept(where, case, mesh))
+    return list(mesh.selections[key])
+
+
+def _swept(where: Condition, case: Case, mesh: Mesh) -> Iterator[Swept]:
+    """The same anew. Raises Unchecked."""
+    facets = mesh.facets
+    corners = mesh.points[facets]
+    told = mesh.selections.get(where)
+    if told is not None and told.remainder > MOST_UNSURE * told.area:  # it has been said already how much is open
+        raise Unchecked("the border of what is loaded runs along the surface")
+    extent = float(np.sqrt((np.ptp(mesh.points, axis=0) ** 2).sum()))
+    empty = True
+    for condition, which, out in _asked(case, mesh, where):
+        settled, settling = settled_of(case.shape, mesh, condition)
+        sweep = FacetSweep(condition, corners[which], extent, out, settled[which], settling[which])
+        whole, (f, xi, w), (g, left) = sweep.whole_and_parts()
+        yield facets[which[whole]], (facets[which[f]], xi, w), (facets[which[g]], left)
+        empty = empty and not (len(whole) or len(f))
+    if empty:
+        raise Unchecked("the part of the surface that is loaded is smaller than what is looked for")
+
+
+def sampled(facets: Ints) -> Iterator[Points]:
+    """Points on whole facets (f, k) that may be curved, some facets at a time."""
+    x, v = np.polynomial.legendre.leggauss(GRID)
+    a, b = (0.5 * (t.ravel() + 1.0) for t in np.meshgrid(x, x))
+    w = 0.25 * np.outer(v, v).ravel()
+    square = solid_forces.square(facets.shape[1])
+    xi = np.stack([2 * a - 1, 2 * b - 1], axis=1) if square else np.stack([a, (1 - a) * b], axis=1)
+    w = 4 * w if square else w * (1 - a)
+    for at in range(0, len(facets), 500):
+        some = facets[at : at + 500]
+        yield np.repeat(some, len(w), axis=0), np.tile(xi, (len(some), 1)), np.tile(w, len(some))
+
+
+@dataclass(frozen=True)
+class FacetSweep:
+    """A condition on facets with nodes `corners` (f, k, 3), m, which `out` moves onto the body."""
+
+    condition: Condition
+    corners: Floats
+    extent: float
+    out: Any
+    settled: Any  # (f, b): borders that do not cut a facet, where their levels are
+    settling: Floats  # (f, b)
+
+    @cached_property
+    def through(self) -> Any:
+        """Which borders cut which facets (b, f), as far as it was looked at."""
+        return np.zeros((len(self.condition.borders), len(self.corners)), dtype=np.bool_)
+
+    @property
+    def _square(self) -> bool:
+        return solid_forces.square(self.corners.shape[1])
+
+    def whole_and_parts(self) -> tuple[Ints, tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
+        """Facets that are selected whole (w,), and points of others: facets (p,), local points (p, 2), weights (p,).
+
+        And where two rules did not agree: facets (v,) and by how much local area (v,).
+        """
+        told = self._told()
+        open_ = np.flatnonzero(told == 0)
+        crossing, inside = self._crossed(open_)
+        cut = crossing.any(axis=0)
+        self.through[:, open_] = crossing
+        whole = np.concatenate([np.flatnonzero(told > 0), open_[inside & ~cut]])
+        return np.sort(whole), *self._swept(open_[cut])
+
+    # -------------------------------------------------------------- which facets are cut
+
+    def _places(self, f: Ints, xi: Floats) -> Any:
+        """x, y, z at local points xi (l, m, 2) of facets f (l,)."""
+        kind = self.corners.shape[1]
+        N = solid_forces.shape(kind, xi.reshape(-1, 2)).reshape(*xi.shape[:2], self.corners.shape[1])
+        X = (N @ self.corners[f]).transpose(2, 1, 0)
+        return tuple(X) if self.out is None else self.out(tuple(X))
+
+    def _told(self) -> Ints:
+        """Facets (f,) on which bounds say that the condition holds everywhere (1), nowhere (-1), or neither (0)."""
+        n = len(self.corners)
+        told = np.zeros(n, dtype=np.int64)
+        if not n:
+            return told
+        places = solid_forces.places(self.corners.shape[1])
+        X = np.array(self._places(np.arange(n), np.broadcast_to(self._lattice(5, places), (n, 25 + len(places), 2))))
+        low, high = X.min(axis=1).T, X.max(axis=1).T  # (f, 3)
+        beyond = MARGIN * np.linalg.norm(high - low, axis=1, keepdims=True)
+        flat = self.corners.shape[1] == 3 and self.out is None
+        low, high = (low, high) if flat else (low - beyond, high + beyond)
+        pending = [np.lexsort((0.5 * (low + high)).T)]
+        while pending:
+            some = pending.pop()
+            box = tuple(low[some].min(axis=0).tolist()), tuple(high[some].max(axis=0).tolist())
+            false, true = self.condition.over(*box, self.extent)
+            if not (false and true):
+                told[some] = 1 if true else -1
+            elif len(some) > 1:
+                pending += [some[: len(some) // 2], some[len(some) // 2 :]]
+        return told
+
+    def _lattice(self, n: int, more: Floats) -> Floats:
+        """n by n local points of a facet, its sides among them, and some more."""
+        a, b = (t.ravel() for t in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
+        xi = np.stack([2 * b - 1, 2 * a - 1], axis=1) if self._square else np.stack([(1 - a) * b, a], axis=1)
+        return np.concatenate([xi, more])
+
+    def _crossed(self, f: Ints) -> tuple[Any, Any]:
+        """Which borders run between points of a fine lattice (b, f), and on which facets f a point is selected."""
+        inside = np.zeros(len(f), dtype=np.bool_)
+        cut = np.zeros((len(self.condition.borders), len(f)), dtype=np.bool_)
+        xi = self._lattice(ASKED, np.zeros((0, 2)))
+        for at in range(0, len(f), 1000):
+            some = f[at : at + 1000]
+            levels = self._levels(some, np.broadcast_to(xi, (len(some), *xi.shape)))  # (b, m, l)
+            cut[:, at : at + 1000] = self._signs(levels).min(axis=1) != self._signs(levels).max(axis=1)
+            middle = [level[[xi.shape[0] // 2]] for level in levels]
+            inside[at : at + 1000] = np.broadcast_to(self.condition.given(middle, self.extent), (1, len(some)))[0]
+        return cut, inside
+
+    def _signs(self, levels: Floats) -> Floats:
+        """-1 or 1 on either side of a border, of levels (b, ...); what is within its tolerance is on the side of 1."""
+        slack = np.array([1e-9 * self.extent**b.power for b in self.condition.borders])
+        sign: Floats = np.sign(np.where(np.abs(levels) <= slack.reshape(-1, *(1,) * (levels.ndim - 1)), 0.0, levels))
+        return np.where(sign == 0.0, self._side_of_zero(sign), sign)
+
+    @staticmethod
+    def _side_of_zero(sign: Floats) -> Floats:
+        """On a border a point counts to the side on which the rest of the facet lies."""
+        most = sign.sum(axis=1, keepdims=True)
+        return np.broadcast_to(np.where(most < 0.0, -1.0, 1.0), sign.shape)
+
+    def _levels(self, f: Ints, xi: Floats) -> Floats:
+        """Levels (b, m, l) of all borders at local points xi (l, m, 2) of facets f (l,)."""
+        x, y, z = self._places(f, xi)
+        found = np.empty((len(self.condition.borders), xi.shape[1], len(f)))
+        with np.errstate(all="ignore"):
+            for b, border in enumerate(self.condition.borders):
+                found[b] = np.where(self.settled[f, b], self.settling[f, b], border.at(x, y, z))
+        return found
+
+    # -------------------------------------------------------------- strips
+
+    def _swept(self, f: Ints) -> tuple[tuple[Ints, Floats, Floats], tuple[Ints, Floats]]:
+        """Points of quadrature over the selected parts of facets f, and where two rules did not agree."""
+        own, low, high = self._panels(f)
+        points, vague = [(own[:0], np.zeros((0, 2)), np.zeros(0))], [(f, np.full(len(f), SURE))]
+        for halved in range(HALVED + 1):
+            if not len(own):
+                break
+            few, _ = self._strips(own, low, high, LINES[0])
+            many, (g, xi, w) = self._strips(own, low, high, LINES[1])
+            apart = np.abs(few - many).max(axis=1)
+            good = (apart <= AGREE) | (halved == HALVED)
+            late = good & (apart > AGREE)
+            vague.append((own[late], apart[late]))
+            kept = good[g]
+            points.append((own[g[kept]], xi[kept], w[kept]))
+            bad, middle = ~good, 0.5 * (low + high)
+            low, high = (np.concatenate(pair) for pair in ((low[bad], middle[bad]), (middle[bad], high[bad])))
+            own = np.tile(own[bad], 2)
+        f, xi, w = (np.concatenate(column) for column in zip(*points, strict=True))
+        g, left = (np.concatenate(column) for column in zip(*vague, strict=True))
+        return (f, xi, w), (g, left)
+
+    def _panels(self, f: Ints) -> tuple[Ints, Floats, Floats]:
+        """Facets cut where lines of equal a meet sides, turns and meetings of borders: facets, begins and ends."""
+        found = [(f, np.zeros(len(f))), (f, np.ones(len(f))), *self._ends(f), *self._special(f)]
+        facet, place = (np.concatenate(column) for column in zip(*found, strict=True))
+        order = np.lexsort((place, facet))
+        facet, place = facet[order], place[order]
+        real = (facet[1:] == facet[:-1]) & (place[1:] - place[:-1] > 1e-9)
+        return facet[:-1][real], place[:-1][real], place[1:][real]
+
+    def _ends(self, f: Ints) -> list[tuple[Ints, Floats]]:
+        """Where borders meet the sides at both ends of the lines: facets and a."""
+        t, found = np.linspace(0.0, 1.0, ASKED), []
+        for end in (0.0, 1.0):
+            grid = np.tile(t, (len(f), 1))
+            levels = self._levels(f, self._local(grid, np.full_like(grid, end))[0])
+            for b in range(len(levels)):
+
+                def level(line: Ints, a: Floats, b: int = b, end: float = end) -> Floats:
+                    return self._level(b, f[line], a, np.full_like(a, end))
+
+                line, *between = _changes(levels[b], t, level)
+                found.append((f[line], _bisected(partial(level, line), *between)))
+        return found
+
+    def _special(self, f: Ints) -> list[tuple[Ints, Floats]]:
+        """Where borders turn back along the lines, and where two of them meet: facets and a, by Newton's method."""
+        seeds, h, count = np.linspace(0.1, 0.9, 5), 1e-4, len(self.condition.borders)
+        a0, b0 = (np.tile(t.ravel(), len(f)) for t in np.meshgrid(seeds, seeds))
+        own, found = np.repeat(f, 25), []
+
+        def turns(i: int) -> Callable[[Floats, Floats], tuple[Floats, Floats]]:
+            def both(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+                up, down = self._level(i, own, a, b + h), self._level(i, own, a, b - h)
+                return self._level(i, own, a, b), (up - down) / (2 * h)
+
+            return both
+
+        def meet(i: int, j: int) -> Callable[[Floats, Floats], tuple[Floats, Floats]]:
+            return lambda a, b: (self._level(i, own, a, b), self._level(j, own, a, b))
+
+        systems = [turns(i) for i in range(count)] + [meet(i, j) for i in range(count) for j in range(i)]
+        for system in systems:
+            a, moved = _newton(system, a0, b0, h)
+            fine = moved & (a > 0.0) & (a < 1.0)
+            _, first = np.unique(np.stack([own[fine], np.round(a[fine], 7)]), axis=1, return_index=True)
+            found.append((own[fine][first], a[fine][first]))
+        return found
+
+    def _strips(self, f: Ints, low: Floats, high: Floats, n: int) -> tuple[Floats, tuple[Ints, Floats, Floats]]:
+        """Area and moments (n, 3) of the selected parts of strips of facets; strips (p,), points (p, 2), weights (p,).
+
+        Lines lie closer towards both ends, where the length of a chord may grow as a root does.
+        """
+        x, v = np.polynomial.legendre.leggauss(n)
+        t, v = 0.5 * (x + 1.0), 0.5 * v
+        a = (low[:, None] + (high - low)[:, None] * t**2 * (3.0 - 2.0 * t)).ravel()
+        weight = ((high - low)[:, None] * v * 6.0 * t * (1.0 - t)).ravel()
+        line, begin, end = self._between(np.repeat(f, n), a)
+        y, u = np.polynomial.legendre.leggauss(ALONG)
+        b = 0.5 * (begin + end)[:, None] + 0.5 * (end - begin)[:, None] * y
+        w = weight[line][:, None] * 0.5 * (end - begin)[:, None] * u
+        xi, dw = self._local(np.broadcast_to(a[line][:, None], b.shape), b)
+        w, strip = w * dw, np.repeat(line // n, ALONG)
+        powers = (np.ones_like(b), xi[..., 0], xi[..., 1])
+        parts = [np.bincount(strip, (w * m).ravel(), minlength=len(f)) for m in powers]
+        return np.stack(parts, axis=1), (strip, xi.reshape(-1, 2), w.ravel())
+
+    def _local(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
+        """Local points of lines a and places b along them, both from 0 to 1, and the local area of da db."""
+        if self._square:
+            return np.stack([2 * b - 1, 2 * a - 1], axis=-1), np.full_like(a, 4.0)
+        return np.stack([(1 - a) * b, a], axis=-1), 1.0 - a
+
+    def _between(self, f: Ints, a: Floats) -> tuple[Ints, Floats, Floats]:
+        """Selected stretches of lines a (l,) of facets f: their line, begin and end."""
+        n, t = len(f), np.linspace(0.0, 1.0, ASKED)
+        grid = np.broadcast_to(t, (n, ASKED))
+        levels = self._levels(f, self._local(np.broadcast_to(a[:, None], grid.shape), grid)[0])  # (b, m, l)
+        lines, cuts = [np.arange(n), np.arange(n)], [np.zeros(n), np.ones(n)]
+        for b in range(len(levels)):
+
+            def level(line: Ints, place: Floats, b: int = b) -> Floats:
+                return self._level(b, f[line], a[line], place)
+
+            line, *between = _changes(levels[b], t, level)
+            lines.append(line)
+            cuts.append(_bisected(partial(level, line), *between))
+        line, cut = np.concatenate(lines), np.concatenate(cuts)
+        order = np.lexsort((cut, line))
+        line, cut = line[order], cut[order]
+        real = (line[:-1] == line[1:]) & (cut[1:] > cut[:-1])
+        line, begin, end = line[:-1][real], cut[:-1][real], cut[1:][real]
+        middle = self._local(a[line][:, None], 0.5 * (begin + end)[:, None])[0]
+        sides = self._levels(f[line], middle)
+        through = self.through[:, None, f[line]]  # on a facet that is cut nothing lies on the border
+        sides = np.where(through, np.sign(sides) * 1e300, sides)
+        inside = np.broadcast_to(self.condition.given([*sides], self.extent), (1, len(line)))[0]
+        return line[inside], begin[inside], end[inside]
+
+    def _level(self, b: int, f: Ints, a: Floats, places: Floats) -> Floats:
+        """One level (l,) at one place on each line."""
+        x, y, z = self._places(f, self._local(a[:, None], places[:, None])[0])
+        with np.errstate(all="ignore"):
+            level = np.broadcast_to(self.condition.borders[b].at(x, y, z), (1, len(f)))[0]
+        found: Floats = np.where(self.settled[f, b], self.settling[f, b], level)
+        return found
+
+
+def _changes(level: Floats, t: Floats, at: Callable[[Ints, Floats], Floats]) -> tuple[Ints, Floats, Floats, Floats]:
+    """Lines (c,) on which a level (m, l) at places t (m,) changes its sign, between which places, and its sign before.
+
+    Where it comes near zero and goes away again, the bottom of a parabola tells whether it has been beyond.
+    """
+    sign = np.where(level >= 0.0, 1.0, -1.0)
+    i, line = np.nonzero(sign[:-1] * sign[1:] < 0.0)
+    found = [(line, t[i], t[i + 1], sign[i, line])]
+    size, step = np.abs(level), t[1] - t[0]
+    near = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])
+    near &= (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:])
+    i, line = np.nonzero(near)
+    before, here, after = level[i, line], level[i + 1, line], level[i + 2, line]
+    bend = before - 2.0 * here + after
+    low = t[i + 1] + 0.5 * step * np.clip((before - after) / np.where(bend == 0.0, 1.0, bend), -1.0, 1.0)
+    beyond = at(line, low) * sign[i + 1, line] < 0.0
+    i, line, low = i[beyond], line[beyond], low[beyond]
+    found += [(line, t[i], low, sign[i, line]), (line, low, t[i + 2], -sign[i, line])]
+    lines, begins, ends, signs = (np.concatenate(column) for column in zip(*found, strict=True))
+    return lines, begins, ends, signs
+
+
+def _bisected(level: Callable[[Floats], Floats], low: Floats, high: Floats, sign: Floats) -> Floats:
+    """Where a level changes the sign that it has at `low`: by halving, and a secant where it is straight."""
+    for _ in range(20 if len(low) else 0):
+        middle = 0.5 * (low + high)
+        same = np.where(level(middle) >= 0.0, 1.0, -1.0) == sign
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    before, behind = level(low), level(high)
+    apart = np.where(before == behind, 1.0, before - behind)
+    found: Floats = low + np.clip(before / apart, 0.0, 1.0) * (high - low)
+    return found
+
+
+def _newton(
+    system: Callable[[Floats, Floats], tuple[Floats, Floats]], a: Floats, b: Floats, h: float
+) -> tuple[Floats, Any]:
+    """Where two functions of (a, b) vanish, from many starts: a, and where it was found within the facet."""
+    with np.errstate(all="ignore"):
+        for _ in range(14):
+            (g, k), da, db = system(a, b), system(a + h, b), system(a, b + h)
+            ga, gb, ka, kb = (da[0] - g) / h, (db[0] - g) / h, (da[1] - k) / h, (db[1] - k) / h
+            det = ga * kb - gb * ka
+            det = np.where(np.abs(det) > 1e-12 * (np.abs(ga * kb) + np.abs(gb * ka)), det, np.nan)
+            one, two = (g * kb - k * gb) / det, (k * ga - g * ka) / det
+            long = np.maximum(1.0, np.hypot(one, two) / 0.5)
+            a, b = a - one / long, b - two / long
+    return a, np.isfinite(a) & (np.hypot(one, two) < 1e-8) & (b > -1e-6) & (b < 1.0 + 1e-6)

@@ -1,0 +1,210 @@
+"""Where a solid of finite strain was taken to states in which its law gives way: looked at after every answer.
+
+At every point of integration, for strong ellipticity (`solvers/materials/ellipticity.py`) and for Drucker's stability
+(`drucker_stability.py` beside it); of what is made of a law whose constants tell that no state loses them nothing is
+computed, and of laws with directions what was found is told. Where cells keep their volume as a whole, a law is asked
+with the
+pressure that does so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.verification.cell_materials_check import alone
+
+if TYPE_CHECKING:
+    from softmark.interpreter.language.compiled_scene import Declared
+    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.verification.by_model.verifier import Found
+    from softmark.solvers.materials.batched_stability import Held
+    from softmark.solvers.materials.volumetric_constraints import Mixed
+    from softmark.solvers.mesh.mesh import Floats, Mesh
+
+ALIKE = 1e-6  # relative: strains that are nearer are one, and the first of them is told
+TINY = float(np.finfo(np.float64).tiny)
+
+
+def facts(found: Found) -> dict[str, Any]:
+    """Which share of the volume is not strongly elliptic, or not stable after Drucker, where it is strained most so."""
+    mesh, of = found.solution.mesh, found.declared.thing.reduces
+    thing = found.declared.thing if of is None else found.scene.declared[of].thing
+    how = thing.stress_law
+    if mesh is None or isinstance(how, str) or how[0] != "finite":
+        return {}
+    looks = {name: look for name, look in LOOKS.items() if not all(look.sound(m) for m in found.case.materials)}
+    if not looks:
+        return {}
+    lost: dict[str, Lost] = {name: Lost() for name in looks}
+    volume = 0.0
+    for case, which in alone(found.case, mesh):
+        part = mesh.mesh if isinstance(which, slice) else replace(mesh.mesh, cells=mesh.mesh.cells[which])
+        volume += float(np.abs(part.volumes).sum())
+        own = {name: look for name, look in looks.items() if not look.sound(case.material)}
+        if not own:
+            continue
+        F, w = _strained(case, mesh, which)
+        own = {name: look for name, look in own.items() if look.reached(case.material, F)}
+        if not own:
+            continue
+        law, held = _asked(case, mesh, part, which, how[1], F, w)
+        for name, look in own.items():
+            gone = look.gone(law, F, held)
+            if gone is not None and gone.any():
+                lost[name].add(part, F, w, gone)
+    return {name: known for name, one in lost.items() if (known := one.told(volume))}
+
+
+@dataclass
+class Lost:
+    """How much of the volume of a body, m^3, and what is strained most: by how much, at (3,), m, stretches (3,)."""
+
+    volume: float = 0.0
+    worst: tuple[float, Any, Any] = (-1.0, None, None)
+
+    def add(self, part: Mesh, F: Floats, w: Floats, gone: Any) -> None:
+        """What some cells add: those of their points (k,) that are `gone`."""
+        self.volume += float(w[gone].sum())
+        s = np.linalg.svd(F[gone], compute_uv=False)
+        far = np.abs(np.log(np.maximum(s, TINY))).max(axis=1)
+        place = int((far >= (1.0 - ALIKE) * far.max()).argmax())
+        if far[place] > self.worst[0]:
+            from softmark.interpreter.models.shared.heterogeneous_material import places
+
+            X = places(part, part.element.quadrature()).reshape(-1, 3)
+            self.worst = float(far[place]), X[gone][place], s[place]
+
+    def told(self, volume: float) -> dict[str, Any]:
+        """Of a body of this volume, m^3; nothing where nothing is lost."""
+        _, X, s = self.worst
+        return {} if X is None else {"share": self.volume / volume, "at_m": X.tolist(), "stretches": s.tolist()}
+
+
+class Elliptic:
+    """Strong ellipticity."""
+
+    def sound(self, material: Any) -> bool:
+        """Whether no state of a material gives way, known of its constants; or it remembers, and nothing is known."""
+        return bool(getattr(material, "polyconvex", False)) or bool(getattr(material, "branches", ()))
+
+    def reached(self, material: Any, F: Floats) -> bool:
+        """Whether it may be lost in one of the states F (k, 3, 3): in any."""
+        return True
+
+    def gone(self, law: Any, F: Floats, held: Held | None) -> Any:
+        """At which states (k,) the law has lost it; None where that is not known."""
+        from softmark.solvers.materials.ellipticity import lost
+
+        return lost(law, F, held)
+
+
+class Drucker:
+    """Drucker's stability in Hencky's strain."""
+
+    def sound(self, material: Any) -> bool:
+        """Whether its constants tell that no state loses it; or it remembers, or knows directions, and is not asked."""
+        if getattr(material, "directed", False) or getattr(material, "branches", ()):
+            return True
+        return bool(getattr(material, "steady_above", math.inf) <= 0.0)
+
+    def reached(self, material: Any, F: Floats) -> bool:
+        """Whether it may be lost in one of the states F (k, 3, 3): where volumes are as small as its constants tell."""
+        from softmark.solvers.materials.tensor_components import components, displacement_gradient, volume_change
+
+        j = volume_change(displacement_gradient(components(F)))
+        return bool(np.any(j <= getattr(material, "steady_above", math.inf) - 1.0))
+
+    def gone(self, law: Any, F: Floats, held: Held | None) -> Any:
+        """At which states (k,) the law has lost it; None where that is not known."""
+        from softmark.solvers.materials.drucker_stability import lost
+
+        return lost(law, F, held)
+
+
+LOOKS: dict[str, Elliptic | Drucker] = {"gives_way": Elliptic(), "drucker": Drucker()}
+
+
+def _asked(case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> tuple[Any, Held | None]:
+    """The law of some cells in states F (k, 3, 3), and what holds the volume beside it."""
+    from softmark.solvers.materials import law_for, mixed_for
+    from softmark.solvers.materials.batched_stability import Held
+
+    material = case.material
+    if not case.uniform:
+        from softmark.interpreter.models.shared.heterogeneous_material import material_at
+
+        material = material_at(material, part, part.element.quadrature())
+    split = None if way == "full" or material.thin else mixed_for(material, "finite")
+    if split is None:
+        return law_for(material, "finite"), None
+    modulus = np.ravel(split.modulus) if np.ndim(split.modulus) else split.modulus
+    return split.shape, Held(split.constraint, modulus, _pressure(split, mesh, part, which, way, F, w))
+
+
+def _pressure(split: Mixed, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
+    """What keeps the volume of cells, at their points (k,), Pa: an unknown, or M times the mean of the constraint."""
+    if way == "mixed" and mesh.pressures is not None:
+        from softmark.solvers.mesh.pressure_interpolation import pressures
+
+        found: Floats = mesh.pressures[which] @ pressures(part, part.element.quadrature()).N.T
+        return found.ravel()
+    size = w.reshape(len(part.cells), -1)
+    g = split.constraint.value(F).reshape(size.shape)
+    mean = (size * g).sum(axis=1, keepdims=True) / (size * split.compliance).sum(axis=1, keepdims=True)
+    return np.broadcast_to(mean, size.shape).ravel()
+
+
+def _strained(case: Any, mesh: Moved, which: Any) -> tuple[Floats, Floats]:
+    """F at the points of integration of some cells (k, 3, 3), and their volumes (k,), m^3; of a plate in its plane."""
+    from softmark.solvers.mesh.element_interpolation import integration
+
+    own, cells = integration(mesh.mesh), mesh.mesh.cells[which]
+    u = np.asarray(mesh.displacement, dtype=np.float64)[cells]
+    F = np.eye(3) + np.matmul(u.transpose(0, 2, 1)[:, None], own.dNdX[which])
+    w = own.w[which]
+    if case.depth > 0.0:  # rings grow as they move out, and those farther out are longer
+        r = mesh.points[cells, 0] @ own.N.T
+        F[..., 2, 2] = 1.0 + (u[..., 0] @ own.N.T) / r
+        w = w * r / r.mean(axis=1, keepdims=True)
+    return F.reshape(-1, 3, 3), w.ravel()
+
+
+def said(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """A warning where a law gives way, or else where it is no longer stable."""
+    if (known := found.get("gives_way")) is not None:
+        less = found.get("drucker")
+        more = f"; of {_share(less)} it is not stable after Drucker in Hencky's strain" if less is not None else ""
+        yield diagnostic(
+            "W366",
+            declared.at(),
+            f"the law of `{declared.name}` gives way in {_share(known)}, most at {_where(known)}",
+            f"not strongly elliptic there{more}",
+            "strain gathers in bands as thin as its cells, and what is found depends on them: use a law that holds "
+            "there",
+        )
+    elif (known := found.get("drucker")) is not None:
+        yield diagnostic(
+            "W385",
+            declared.at(),
+            f"the law of `{declared.name}` is not stable after Drucker in {_share(known)}, most at {_where(known)}",
+            "its stress falls there while strain grows",
+            "Kirchhoff's stress against Hencky's strain: a body of that law may have several answers; use constants "
+            "that are fitted to such strains, or another law",
+        )
+
+
+def _share(known: Mapping[str, Any]) -> str:
+    return f"{units.show_share(known['share'])} of the volume"
+
+
+def _where(known: Mapping[str, Any]) -> str:
+    stretches = ", ".join(f"{s:.3g}" for s in known["stretches"])
+    return f"{units.show_all(known['at_m'], units.LENGTH)}, where its principal stretches are {stretches}"

@@ -1,0 +1,141 @@
+"""Error of the time step in the metrics of a scene.
+
+Every metric is judged by the vibrations that move its own points in its own direction
+(solvers/dynamics/time_step_error.py), not by the slowest vibration of the body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.language.number_formatting import rounded
+from softmark.interpreter.metrics.metric_base import Metric, OfDisplacements
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.vocabulary.analysis_words import Dynamic
+from softmark.records import dataclass
+from softmark.solvers.dynamics.time_step_resolution import WRONG
+
+if TYPE_CHECKING:
+    from softmark.interpreter.results.run_report import ProbeResult
+
+Floats = Any
+UNSEEN = 1e-3  # of the motion: what vibrations move less is moved by something else, and not judged
+RESOLVED = "W362"  # the warning about the slowest vibration, which says enough
+
+
+@dataclass(frozen=True)
+class MetricError:
+    """Time-step error of a metric: relative to the largest value over time, and in its unit where that is a length."""
+
+    relative: float
+    period: float  # s, of the vibration that contributes most
+    length: float | None = None  # m
+
+
+def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> MetricError | None:
+    """Return the estimated time-step error of a metric, or of the motion of a probe; None if it is not known."""
+    if view.step_errors is None or (found := view.step_errors()) is None:
+        return None
+    modes = found.modes
+    at_end = metric is not None and (isinstance(metric, OfDisplacements) or metric.direction is not None)
+    if probe is None or probe.course is None or probe.times is None or not _about_motion(metric):
+        own, off = modes.motion * modes.frequencies, modes.error * modes.frequencies
+        most = float(np.linalg.norm(own, axis=1).max(initial=0.0))
+        if most == 0.0:
+            return None
+        return MetricError(float(np.linalg.norm(off[-1])) / most, _period(modes.frequencies, np.abs(off[-1])))
+    last = metric is not None and metric.last
+    X, u = (probe.points[-1:], probe.course[:, -1:]) if last else (probe.points, probe.course)
+    along = None if metric is None else metric.direction
+    shapes = [_component(np.asarray(shape(X)), along) for shape in found.shapes]
+    motion = sum(np.multiply.outer(q, s) for q, s in zip(modes.motion.T, shapes, strict=True))
+    error = sum(np.multiply.outer(q, s) for q, s in zip(modes.error.T, shapes, strict=True))
+    return _compared(_component(np.asarray(u), along), motion, error, shapes, found.modes, at_end)
+
+
+def _compared(u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: Any, at_end: bool) -> MetricError | None:
+    """Return the error of the computed motion u from the `error` (t, ...) of the linear `motion`, over their times."""
+    own, swing = _largest(motion), _largest(u)
+    if own <= UNSEEN * swing or swing == 0.0:
+        return None
+    off = float(np.linalg.norm(error[-1])) if at_end else float(np.sqrt((error**2).mean(axis=0).sum()))
+    off = min(off, off / own * swing)  # a large motion may be smaller than the linear one, and its error with it
+    each = [float(np.linalg.norm(s)) for s in shapes] * np.abs(modes.error if not at_end else modes.error[-1:]).max(
+        axis=0
+    )
+    return MetricError(off / swing, _period(modes.frequencies, each), off)
+
+
+def _about_motion(metric: Metric | None) -> bool:
+    return metric is None or isinstance(metric, OfDisplacements) or metric.unit in ("m", "1", "s")
+
+
+def _component(u: Floats, along: tuple[float, float, float] | None) -> Floats:
+    return u if along is None else u @ np.asarray(along)
+
+
+def _largest(u: Floats) -> float:
+    """Return the largest norm over all times of a motion u (t, ...)."""
+    return float(np.sqrt((u.reshape(len(u), -1) ** 2).sum(axis=1)).max(initial=0.0))
+
+
+def _period(frequencies: Floats, shares: Floats) -> float:
+    return float(2.0 * np.pi / frequencies[int(np.argmax(shares))])
+
+
+# ------------------------------------------------------------------ warnings
+
+
+def step_doubts(scene: Scene, declared: Declared, view: View, notes: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
+    """Return a warning if the time step of a model is too long for the metrics."""
+    analysis = view.case.analysis
+    if not isinstance(analysis, Dynamic) or view.step_errors is None or any(n.code == RESOLVED for n in notes):
+        return ()
+    found = sorted(_errors(scene, view), key=lambda pair: -pair[1].relative)
+    wrong = [(name, error) for name, error in found if error.relative > WRONG]
+    if not wrong:
+        return ()
+    worst = wrong[0][1]
+    period = units.show(rounded(worst.period, 3), units.TIME)
+    order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
+    better = units.show(rounded(analysis.step * (0.5 * WRONG / min(worst.relative, 1.0)) ** order, 1), units.TIME)
+    return (
+        diagnostic(
+            "W420",
+            declared.at(),
+            f"the time step of `{declared.name}` leaves an error of {' and '.join(map(_in_words, wrong[:3]))}",
+            f"a step of {units.show(analysis.step, units.TIME)}",
+            f"vibrations with a period of {period} carry it, {worst.period / analysis.step:.2g} steps long: try a step"
+            f" of {better} or less",
+        ),
+    )
+
+
+def _errors(scene: Scene, view: View) -> Iterator[tuple[str, MetricError]]:
+    """Return the errors of all metrics of the body of a view, or of its probes if there are none."""
+    metrics = scene.of_kind("metric")
+    for name, metric in metrics.items():
+        if metric.thing.body_in(scene) not in (None, view.body):
+            continue
+        probe = view.probes.get(metric.thing.looked_at or "")
+        if (probe is not None or metric.thing.concerned) and (found := error_of(view, metric.thing, probe)) is not None:
+            yield name, found
+    if not metrics:
+        for name, probe in view.probes.items():
+            if (found := error_of(view, None, probe)) is not None:
+                yield name, found
+
+
+def _in_words(pair: tuple[str, MetricError]) -> str:
+    name, error = pair
+    share = f"{100 * error.relative:.2g} % of its largest value"
+    if error.length is None:
+        return f"about {share} in `{name}`"
+    return f"about {units.show(rounded(error.length, 2), units.LENGTH)} in `{name}`, {share}"

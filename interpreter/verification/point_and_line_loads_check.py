@@ -1,0 +1,115 @@
+"""Forces at points and along lines counted once more, for the watchdog.
+
+What solves finds where a line passes from cell to cell. Here nothing is known of faces: a stretch of the line is
+halved as long as two rules of Lobatto's find other forces at any node. These look at the ends as well, without which a
+face that is passed shortly before an end would be seen by neither. The two ways share in which cell a point lies, and
+no more: where it lies there is found again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_array
+
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.solid_forces import Floats, Ints
+from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.mesh import Mesh
+
+RULES = (5, 8)  # points on a stretch
+AGREE = 1e-11  # of the length of the line: what two rules may differ by on a stretch
+HALVED = 30  # times
+NEWTON = 12  # iterations for local coordinates, which are quadratic in them at most
+BEYOND = 0.2  # of local coordinates: no iteration leaves its cell by more
+SAME, CLOSE = 1e-9, 1e-6  # of the extent: how near a point is found in its cell, and by a linear continuation
+
+
+def placed(load: AtPoint | PerLength, case: Case, mesh: Moved) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
+    return along_line(load, mesh.mesh) if isinstance(load, PerLength) else (_at_points(load, case, mesh), 0.0)
+
+
+def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
+    """The force at its point; of a plane body spread along z by Simpson's rule."""
+    if not case.planar:
+        return _at_point(load, mesh)
+    x, y, _ = load.at
+    rim, found = 0.5 * case.body.thing.thickness, np.zeros_like(mesh.points)
+    for z, share in ((-rim, 1.0), (0.0, 4.0), (rim, 1.0)):
+        found += share / 6.0 * _at_point(replace(load, at=(x, y, z)), mesh)
+    return found
+
+
+def _at_point(load: AtPoint, mesh: Moved) -> Floats:
+    """The force at the nodes around its point: their shares add up to one, and their places to the point."""
+    nodes, N = _within_cells(mesh.mesh, np.array([load.at]))
+    found: Floats = np.zeros_like(mesh.points)
+    np.add.at(found, nodes[0], N[0][:, None] * np.array(load.force))
+    return found
+
+
+def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
+    """Nodes (n, a) of the cells that contain points X (n, 3), m, and shape functions (n, a) there, by Newton's method.
+
+    Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`.
+    Raises Unchecked if the shape functions do not reproduce the point.
+    """
+    place = locate(mesh, X)
+    corners, kind, N = mesh.points[place.nodes], mesh.kind, place.N.copy()
+    low, high = solid_forces.places(kind).min(axis=0), solid_forces.places(kind).max(axis=0)
+    xi = np.tile(solid_forces.places(kind).mean(axis=0), (len(X), 1))
+    for _ in range(NEWTON):
+        left = X - np.einsum("na,nai->ni", solid_forces.shape(kind, xi), corners)
+        J = np.einsum("nai,naj->nij", corners, solid_forces.slope(kind, xi))
+        xi = np.clip(xi + np.linalg.solve(J, left[:, :, None])[:, :, 0], low - BEYOND, high + BEYOND)
+    own = solid_forces.shape(kind, xi)
+    inside = np.linalg.norm(np.einsum("na,nai->ni", own, corners) - X, axis=1) <= SAME * mesh.extent
+    inside &= ((xi >= low - SAME) & (xi <= high + SAME)).all(axis=1)
+    N[inside] = own[inside]
+    away = np.linalg.norm(np.einsum("na,nai->ni", N, corners) - X, axis=1)
+    if np.any(away > CLOSE * mesh.extent) or np.any(np.abs(N.sum(axis=1) - 1.0) > SAME):
+        raise Unchecked("a point that a force acts at lies outside the mesh")
+    return place.nodes, N
+
+
+def along_line(load: PerLength, mesh: Mesh) -> tuple[Floats, float]:
+    """Nodal forces (n, 3), N, of a force along a line, and how much of them, in N, is not sure."""
+    begin, way = np.array(load.begin), np.array(load.end) - np.array(load.begin)
+    found, unsure = np.zeros(len(mesh.points)), 0.0
+    ends = np.array([[0.0, 1.0]])
+    for halved in range(HALVED + 1):
+        coarse, fine = (_shares(mesh, begin, way, ends, rule) for rule in RULES)
+        apart = np.asarray(abs(fine - coarse).sum(axis=1)).ravel()
+        done = (apart <= AGREE) | (halved == HALVED)
+        found += np.asarray(fine.tocsr()[np.flatnonzero(done)].sum(axis=0)).ravel()
+        unsure += float(apart[done].sum())
+        middle = ends[~done].mean(axis=1)
+        ends = np.concatenate([np.stack([ends[~done, 0], middle], axis=1), np.stack([middle, ends[~done, 1]], axis=1)])
+        if not len(ends):
+            break
+    q = load.length * np.array(load.force)
+    return found[:, None] * q, unsure * float(np.linalg.norm(q))
+
+
+def _lobatto(points: int) -> tuple[Floats, Floats]:
+    """Points (p,) and weights (p,) on [-1, 1] with both ends, exact to the degree 2 p - 3."""
+    P = np.polynomial.Legendre.basis(points - 1)
+    x = np.concatenate([[-1.0], np.sort(P.deriv().roots().real), [1.0]])
+    return x, 2.0 / (points * (points - 1) * P(x) ** 2)
+
+
+def _shares(mesh: Mesh, begin: Floats, way: Floats, ends: Floats, rule: int) -> coo_array:
+    """What every node takes of stretches with `ends` (k, 2), in shares of the length: sparse (k, n)."""
+    x, w = _lobatto(rule)
+    step = np.diff(ends, axis=1)
+    s, weights = ends[:, :1] + 0.5 * step * (x + 1.0), 0.5 * step * w
+    nodes, N = _within_cells(mesh, begin + s.ravel()[:, None] * way)
+    rows = np.repeat(np.arange(len(ends)), rule * nodes.shape[1])
+    values = (weights.ravel()[:, None] * N).ravel()
+    return coo_array((values, (rows, nodes.ravel())), shape=(len(ends), len(mesh.points)))

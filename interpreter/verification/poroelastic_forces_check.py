@@ -1,0 +1,90 @@
+"""Porous solids full of fluid, for the watchdog: both of their equations found again
+(solvers/independent_forces/poroelastic_equations.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.problem.group_conditions import apart, of_facets
+from softmark.interpreter.verification.cell_materials_check import INWARD
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.solvers.independent_forces.poroelastic_equations import Soaked
+from softmark.solvers.independent_forces.solid_forces import EPS, Floats
+
+IMPOSED = 1e-9  # of the largest pressure: what rounding leaves of those that are imposed
+
+
+def skeleton(case: Case) -> Case:
+    """The case of its drained skeleton."""
+    return replace(case, other_material=case.material.law)
+
+
+def fluid_of(case: Case, mesh: Moved, u: Floats, small: bool) -> tuple[Floats, float, float]:
+    """What its fluid does at the nodes (n, 3), N, what is left of the balance of fluid, and rounding, N.
+
+    A volume counts as a force by the shear modulus over the edge of a mean cell. Raises Unchecked.
+    """
+    past: Any = getattr(mesh, "past", None)
+    if past is None or mesh.pressures is None:
+        raise Unchecked("how it came there is not known")
+    k0, n, M, s = (getattr(case.material, f) for f in ("permeability", "exponent", "stiffening", "solid"))
+
+    def permeable(J: Floats) -> Floats:
+        found: Floats = k0 * ((J - s) / (1.0 - s)) ** n * np.exp(M * (J * J - 1.0) / 2.0)
+        return found
+
+    own = Soaked(mesh.points, mesh.cells, mesh.kind, -mesh.pressures, permeable, small, case.depth)
+    f, noise = own.forces(u)
+    try:
+        amiss = own.amiss(past.times, past.states)
+    except ValueError as reason:
+        raise Unchecked(str(reason)) from reason
+    amiss[held(case, mesh)] = 0.0
+    whole = mesh.mesh.volumes
+    other = _not_as_asked(case, mesh) * float(np.cbrt(whole.mean())) ** 2
+    unit = case.material.shear_modulus / float(np.cbrt(whole.mean()))
+    around = 2.0 * np.pi * float(np.abs(mesh.points[:, 0]).max()) / case.depth if case.depth else 1.0
+    stages = 12.0  # volumes that are subtracted of one another, each to rounding
+    noise += stages * EPS * unit * around * float(np.linalg.norm(whole))
+    return f, float(np.hypot(unit * np.linalg.norm(amiss), other)), noise
+
+
+def _not_as_asked(case: Case, mesh: Moved) -> float:
+    """Error of the fluid pressures that supports prescribe, Pa: a norm over nodes, 0 within rounding."""
+    p, found = np.zeros(len(mesh.points)), 0.0
+    pressures = -np.asarray(mesh.pressures)
+    p[mesh.cells[:, : pressures.shape[1]]] = pressures
+    corner = np.zeros(len(p), dtype=np.bool_)
+    corner[mesh.cells[:, : pressures.shape[1]]] = True
+    size = float(np.abs(p).max(initial=0.0))
+    for drain in case.drains:
+        where = held(replace(case, drains=(drain,)), mesh) & corner  # what two have is the first's
+        own = p[where] - drain.thing.pressure
+        corner &= ~where
+        if float(np.abs(own).max(initial=0.0)) > IMPOSED * size:
+            found = float(np.hypot(found, np.linalg.norm(own)))
+    return found
+
+
+def held(case: Case, mesh: Moved) -> Any:
+    """Which nodes have a pressure that supports hold (n,): of facets in a selection, as they are or from inside.
+
+    Moved inward nodes of a selection without its border are in it, and those of a side that is curved no more.
+    """
+    points, facets = mesh.points, mesh.mesh.facets
+    found = np.zeros(len(points), dtype=np.bool_)
+    extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
+    for drain in case.drains:
+        for condition, which in apart(drain.thing.where, of_facets(mesh.mesh)):
+            X = points[facets[which]]
+            for part in (0.0, INWARD):
+                x, y, z = np.moveaxis(X + part * (X.mean(axis=1, keepdims=True) - X), 2, 0)
+                inside = np.broadcast_to(condition.holds(x, y, z, extent), x.shape)
+                found[facets[which][inside.all(axis=1)]] = True
+    return found

@@ -1,0 +1,294 @@
+"""What a probe sees of a model, and how far another solution is from that, as a metric has it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.metrics.measurement import Known
+from softmark.interpreter.metrics.measurement import Seen as Looked
+from softmark.interpreter.metrics.metric_base import Metric, OfDisplacements, OfForces
+from softmark.interpreter.metrics.metric_evaluation import measured_by
+from softmark.interpreter.metrics.probe_samples import ProbePlace, ProbeSamples
+from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.models.shared.prepared_model import Solution
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.results.motion_history import History
+from softmark.interpreter.results.reaction_results import AtRest
+from softmark.interpreter.results.run_report import ProbeResult
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.deformed_mesh import Nodal
+
+Floats = NDArray[np.float64]
+Field = Callable[[Floats], Floats]
+
+TRIFLE = 1e-6  # of what acts in the body: less is what solvers and rounding leave
+NO_ERROR = "no error of this metric can be stated"
+
+
+class Unknown(Exception):
+    """A part of the error that cannot be told; the text says why."""
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """A field that is looked up once at the same points: several metrics look at one probe."""
+
+    field: Field
+    stress: Callable[[], Any]  # that belongs to it
+    known: dict[bytes, Floats]
+
+    def __call__(self, X: Floats) -> Floats:
+        """Displacements (n, 3) of points (n, 3), m."""
+        key = X.tobytes()
+        if key not in self.known:
+            self.known[key] = self.field(X)
+        return self.known[key]
+
+
+@dataclass(frozen=True)
+class ProbeAnswer:
+    """What a probe saw of a model: displacements (n, 3), or with times those of all (t, n, 3).
+
+    `field` are displacements anywhere, at the end; `probe` and `view` what else the metric may look at, `history` what
+    the solution went through.
+    """
+
+    X: Floats
+    u: Floats
+    times: Floats | None = None
+    metric: Metric | None = None
+    field: Field | None = None
+    probe: ProbeResult | None = None
+    view: View | None = None
+    history: History | None = None
+    stress: Callable[[], Any] | None = None
+    at_rest: AtRest | None = None
+    right: Callable[[], Any] | None = None  # stresses of the model that is taken as right
+
+    def of(self, solution: Solution) -> ProbeAnswer:
+        """What the same probe sees of another solution, at the same times. Raises Unknown."""
+        seen = replace(self, u=self._of(solution), field=solution.displacement, history=solution.history)
+        return replace(seen, stress=solution.stress, at_rest=solution.at_rest)
+
+    def at(self, field: Remembered) -> ProbeAnswer:
+        """What it would see of a static field."""
+        return replace(self, u=np.asarray(field(self.X)), field=field, history=None, stress=field.stress)
+
+    def moved(self, step: Nodal) -> ProbeAnswer:
+        """What it would see if displacements were added, static."""
+        own = self.field
+        field = None if own is None else lambda X: own(X) + step(X)
+        stress = self.stress
+        moved = None if stress is None else lambda: stress().moved(step.nodes)
+        return replace(self, u=self.u + np.asarray(step(self.X)), field=field, stress=moved)
+
+    @property
+    def in_displacements(self) -> bool:
+        """Whether it is about displacements, so that an error of these relative to their size is one of it."""
+        plain = self.metric is None or isinstance(self.metric, OfDisplacements)
+        return plain or self.times is not None or (self.unit == "m" and not self.in_forces)
+
+    @property
+    def single(self) -> bool:
+        """Whether it is about the displacement of one point, at the end."""
+        if self.times is not None or not self.in_displacements or not len(self.X):
+            return False
+        return len(self.X) == 1 or (self.metric is not None and self.metric.last)
+
+    @property
+    def tensors_at_one(self) -> bool:
+        """Return whether the metric is a stress or strain at one point, at the end."""
+        plain = isinstance(self.metric, OfTensors) and self.metric.measured_from is None
+        return plain and len(self.X) == 1 and self.times is None
+
+    def around(self, X: Floats, other: Solution) -> float:
+        """Root mean square of the difference in stress or strain to another solution at points X (n, 3)."""
+        metric: Any = self.metric
+        if self.stress is None or other.stress is None:
+            raise Unknown(NO_ERROR)
+        theirs = other.stress
+
+        def distance(own: Any, _: Any) -> float:
+            far: Floats = metric.values(own.at(X)) - metric.values(theirs().at(X))
+            return float(np.sqrt(np.mean(far**2)))
+
+        return self._of_stress(distance, self.stress)
+
+    def of_single(self, apart: Floats) -> float:
+        """What changes (n, 3), m, around its one point come to in the mean square, as `apart` has that of the point."""
+        along = self.metric.direction if self.metric is not None and self.metric.last else None
+        far = np.linalg.norm(apart, axis=1) if along is None else apart @ along
+        rms = float(np.sqrt(np.mean(far**2)))
+        size = float(np.linalg.norm(self.u[-1]))
+        return rms if self.unit == "m" or size == 0.0 else rms / size
+
+    @property
+    def in_forces(self) -> bool:
+        """Whether it is about forces, which displacements at points do not tell."""
+        return isinstance(self.metric, OfForces)
+
+    @property
+    def unit(self) -> str:
+        """In which its error is: that of the metric; of a probe relative."""
+        return "1" if self.metric is None else str(self.metric.unit)
+
+    @property
+    def size(self) -> float:
+        """What an error that is relative to the displacements is multiplied by, in its unit."""
+        if self.unit == "m" and not self.in_forces:
+            return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
+        if isinstance(self.metric, OfTensors):
+            return self._of_tensors(self.metric)
+        if isinstance(self.metric, OfForces):
+            try:
+                return self.metric.at_points(self.X).extent(self.at_rest)
+            except Undefined as undefined:
+                raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+        return abs(self.value) if self.unit == "s" else 1.0
+
+    def _of_tensors(self, metric: OfTensors) -> float:
+        """The value, or what tensors of the body come to: where a component is zero, an error of it is not."""
+        if self.stress is None:
+            raise Unknown(NO_ERROR)
+        if metric.measured_from is None:
+            return max(abs(self.value), metric.usual(self.stress()))
+        return self._of_stress(lambda own, right: metric.extent(own, right, self._samples(metric, own)), self.stress)
+
+    @property
+    def acting(self) -> float:
+        """`size`, or what acts and moves in the whole body where that is more: rounding and solvers leave a part of it.
+
+        A force that is nothing by symmetry is the difference of some that are not.
+        """
+        rest = self.at_rest
+        if rest is None or not rest.knows(self.metric.concerned if isinstance(self.metric, OfForces) else None):
+            return self.size
+        if self.unit == "m":
+            return max(self.size, rest.moved)
+        known = isinstance(self.metric, OfForces) and self.metric.measured_from is None
+        return max(self.size, self.metric.acting(rest)) if known else self.size  # type: ignore[union-attr]
+
+    def beside(self, apart: float) -> float:
+        """What a distance is held against: `size`, or where it is nothing beside what acts, that."""
+        return self.size if apart > TRIFLE * self.acting else self.acting
+
+    @property
+    def value(self) -> float:
+        """That of the metric. Raises Unknown."""
+        return self._measured(self, None)
+
+    def _of(self, solution: Solution) -> Floats:
+        if solution.displacement is None:
+            raise Unknown(solution.message or "there is no solution")
+        if self.in_forces:  # and at no points
+            return self.u
+        if self.times is None or solution.history is None:
+            return np.asarray(solution.displacement(self.X))
+        theirs = np.asarray(solution.history.displacement(self.X))
+        flat = theirs.reshape(len(theirs), -1)
+        columns = [np.interp(self.times, solution.history.times, column) for column in flat.T]
+        return np.array(columns).T.reshape(len(self.times), *theirs.shape[1:])
+
+    def apart(self, other: ProbeAnswer) -> float:
+        """How far another solution is from this one, taken as right, in the unit of the metric. Raises Unknown."""
+        if not np.all(np.isfinite(other.u)):
+            raise Unknown("another solution is not finite")
+        if self.metric is None or self.times is not None:
+            return self._norm(other)
+        if isinstance(self.metric, OfForces):
+            return self._forces_apart(self.metric, other)
+        if isinstance(self.metric, OfTensors):
+            return self._tensors_apart(self.metric, other)
+        if self.unit == "m":
+            return self._distance(other)
+        if self.metric.measured_from is None:
+            return abs(self._measured(other, None) - self.value)
+        if self.metric.summed_by.endswith("sd"):
+            raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
+        return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
+
+    def change(self, other: ProbeAnswer) -> float:
+        """Return the change of the metric's value from one of two nested solutions to the other, in the metric's unit.
+
+        For forces and tensors only that value counts: `apart` is for solutions that may agree in it by chance. Raises
+        Unknown.
+        """
+        plain = self.metric is not None and self.metric.measured_from is None and self.times is None
+        if plain and isinstance(self.metric, OfForces | OfTensors):
+            return abs(self._measured(other, None) - self.value)
+        return self.apart(other)
+
+    def _forces_apart(self, metric: OfForces, other: ProbeAnswer) -> float:
+        try:
+            return metric.at_points(self.X).apart(other.at_rest, self.at_rest)
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
+
+    def _tensors_apart(self, metric: OfTensors, other: ProbeAnswer) -> float:
+        if self.stress is None or other.stress is None:
+            raise Unknown(NO_ERROR)
+        own, theirs = self.stress, other.stress
+        return self._of_stress(lambda one, right: metric.apart(one, theirs(), self._samples(metric, one), right), own)
+
+    @property
+    def place(self) -> ProbePlace:
+        """Probe of the metric: points, triangles, weights and domain."""
+        name, view = "" if self.metric is None else self.metric.looked_at or "", self.view
+        weights, domain = (None, None) if view is None else (view.weights.get(name), view.domains.get(name))
+        return ProbePlace(self.X, None if self.probe is None else self.probe.triangles, weights, domain)
+
+    def _samples(self, metric: OfTensors, field: Any) -> ProbeSamples:
+        return metric.samples(self.place, field)
+
+    def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
+        """A number of the stresses of this answer and of what is taken as right, itself where that is nothing."""
+        from softmark.solvers.stress_recovery.sampling_point_stress import NoStress
+
+        try:
+            return number(own(), (self.right or own)())
+        except (NoStress, Undefined) as refused:
+            raise Unknown(f"{NO_ERROR}: {refused}") from refused
+
+    def _norm(self, other: ProbeAnswer) -> float:
+        size = float(np.linalg.norm(self.u))
+        if size == 0.0:
+            raise Unknown("the probe does not move, so nothing is relative to it")
+        return float(np.linalg.norm(other.u - self.u)) / size
+
+    def _distance(self, other: ProbeAnswer) -> float:
+        """The most that a statistic of distances may change where points move by so much, m (triangle inequality)."""
+        apart = other.u - self.u
+        if self.metric is not None and self.metric.last:
+            along = self.metric.direction
+            return abs(float(apart[-1] @ along)) if along is not None else float(np.linalg.norm(apart[-1]))
+        distances = np.linalg.norm(apart, axis=1)
+        match self.metric.summed_by if self.metric is not None else "max":
+            case "mean":
+                return float(distances.mean())
+            case "max":
+                return float(distances.max())
+        return float(np.sqrt(np.mean(distances**2)))
+
+    def _measured(self, other: ProbeAnswer, known: Known | None) -> float:
+        """The metric of another solution. Raises Unknown."""
+        view, probe, metric = self.view, self.probe, self.metric
+        if view is None or probe is None or metric is None:
+            raise Unknown(NO_ERROR)
+        weights = view.weights.get(metric.looked_at or "")
+        looked = Looked(
+            view.name, view.case, self.X, other.u, probe.triangles, weights, known, other.field,
+            history=other.history, stress=other.stress, at_rest=other.at_rest,
+            domain=view.domains.get(metric.looked_at or ""),
+        )  # fmt: skip
+        try:
+            return measured_by(metric, looked).value
+        except Undefined as undefined:
+            raise Unknown(f"{NO_ERROR}: {undefined}") from undefined

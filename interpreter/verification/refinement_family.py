@@ -1,0 +1,310 @@
+"""Solving a family of refinements of several models, and extrapolating each to its limit."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations, pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.models import model_builders
+from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
+from softmark.interpreter.models.shared.support_selection import grips
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.validation.refinement_checks import Method, methods_of, uneven
+from softmark.records import dataclass
+from softmark.references.convergence_orders import SAFETY_THREE, SAFETY_TWO, refined
+
+Floats = NDArray[np.float64]
+Field = Callable[[Floats], Floats]  # points (n, 3) -> displacements (n, 3), m
+
+LOWEST = 0.5  # observed order below which nothing is extrapolated
+ABOVE = 0.5  # the same, above the order of the element
+FIRST = 1.0  # order that a part of the error may have which hides behind a faster one of the opposite sign
+TRIFLE = 1e-6  # of the largest change: a smaller one has no order
+NEIGHBOURHOODS = 64  # of the body, in which an order is observed
+ALIGNED = 0.5  # cosine between successive changes of the field, below which they do not point to one limit
+STREWN = 2000  # points over the body, at least, for norms
+APART = 2.0  # times the sum of two estimates: models farther apart than that contradict each other
+LARGEST = 0.05  # of the largest displacement: a reference with a larger error is none
+
+
+class Unsettled(Exception):
+    """The family tells no limit that could serve as a reference; the message has the numbers."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What a method tends to: a field, the estimate of its error, and how it was found."""
+
+    name: str
+    displacement: Field
+    estimate: float  # m, at the point where it is largest
+    order: float | None
+    extrapolated: bool
+    doubt: str | None
+
+    def words(self) -> str:
+        """`quads: order 1.93, within 0.01 mm`."""
+        order = "no order" if self.order is None else f"order {self.order:.2f}"
+        doubt = f" ({self.doubt})" if self.doubt else ""
+        return f"{self.name}: {order}{doubt}, within {units.show(self.estimate, units.LENGTH)}"
+
+
+@dataclass(frozen=True)
+class Settled:
+    """The field of the method with the smallest estimate, m, with its error and what was solved for it."""
+
+    displacement: Field
+    estimated_error: float
+    facts: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Where fields are compared: points X (n, 3), the first `len(weights)` of them with the volume of each."""
+
+    X: Floats
+    weights: Floats
+
+    def mean_square(self, u: Floats) -> float:
+        """The L2 norm over the body of a field known at the points (n, 3)."""
+        return float(np.sqrt(self.inner(u, u)))
+
+    def inner(self, u: Floats, v: Floats) -> float:
+        """The L2 product over the body."""
+        count = len(self.weights)
+        return float(self.weights @ np.sum(u[:count] * v[:count], axis=1))
+
+
+def largest(u: Floats) -> float:
+    """The largest length of displacements (n, 3)."""
+    return float(np.linalg.norm(u, axis=1).max(initial=0.0))
+
+
+# ------------------------------------------------------------------ the numbers
+
+
+@dataclass(frozen=True)
+class Family:
+    """One method on several meshes, coarse to fine."""
+
+    name: str
+    formal: float  # order of the element in displacements
+    sizes: Sequence[float]  # m, of the cells of its meshes
+    fields: Sequence[Field]
+    tolerance: float = 0.0  # of the solutions, relative
+    unfit: str | None = None  # why its meshes cannot be extrapolated, if they cannot
+
+
+def limit(family: Family, where: Sampled) -> Limit:
+    """The limit of one method."""
+    u = [field(where.X) for field in family.fields]
+    changes = [b - a for a, b in pairwise(u)]
+    coarse, fine = (where.mean_square(c) for c in changes[-2:])
+    # distances of the finest three from the finest, as values of one quantity
+    found = refined(list(zip(family.sizes[-3:], (fine + coarse, fine, 0.0), strict=True)))
+    doubt = family.unfit or found.reason or _doubt(found.order or 0.0, family, where, changes)
+    left = family.tolerance * largest(u[-1])  # what the solver leaves
+    if doubt is None and found.order is not None:
+        return _extrapolated(family, found.order, changes[-2:], left, where.X)
+    apart = max(largest(b - a) for a, b in combinations(u, 2))
+    return Limit(family.name, family.fields[-1], SAFETY_TWO * apart + left, found.order, False, doubt)
+
+
+def _doubt(order: float, family: Family, where: Sampled, changes: list[Floats]) -> str | None:
+    """Why a family is not in the asymptotic range, if it is not."""
+    if not LOWEST <= order <= family.formal + ABOVE:
+        return f"far from the {family.formal:g} of theory"
+    coarse, fine = changes[-2:]
+    norms = where.mean_square(coarse) * where.mean_square(fine)
+    if norms > 0 and where.inner(coarse, fine) < ALIGNED * norms:
+        return "successive changes do not point to one limit"
+    return None
+
+
+def _extrapolated(family: Family, order: float, changes: list[Floats], left: float, X: Floats) -> Limit:
+    """u = u1 + (u1 - u2) / (r^p - 1) at any point; the estimate counts on no more than the formal order.
+
+    Orders above the formal one are those of meshes that are too coarse (Oberkampf and Roy 2010, section 8.8).
+    """
+    finer = float(np.log(family.sizes[-2] / family.sizes[-1]))
+    beyond = float(1.0 / np.expm1(order * finer))
+    second, finest = family.fields[-2:]
+
+    def displacement(X: Floats) -> Floats:
+        u = finest(X)
+        return u + beyond * (u - second(X))
+
+    orders = _local_orders(family, [_around(X, change) for change in changes], min(order, family.formal))
+    change = np.linalg.norm(changes[-1], axis=1)
+    cautious = SAFETY_THREE * float((change / np.expm1(orders * finer)).max(initial=0.0))
+    hidden = largest(changes[-1]) / float(np.expm1(FIRST * finer))
+    return Limit(family.name, displacement, max(cautious, hidden) + left, order, True, None)
+
+
+def _around(X: Floats, change: Floats) -> Floats:
+    """The length of a change (n, 3) in the mean square over what is near each point, (n,).
+
+    A change has zeros between its waves, and a point on one of them would show any order.
+    """
+    from scipy.spatial import cKDTree
+
+    near = max(1, len(X) // NEIGHBOURHOODS)
+    own = cKDTree(X).query(X, k=[*range(1, near + 1)])[1]
+    return np.asarray(np.sqrt(np.mean(np.sum(np.square(change), axis=1)[own], axis=1)), dtype=np.float64)
+
+
+def _local_orders(family: Family, changes: list[Floats], highest: float) -> Floats:
+    """The order observed at each point (n,), from the lengths of the last two changes there, at most `highest`.
+
+    Edges that are clamped have a lower order than what is far from them, and one order of the whole body hides it.
+    """
+    coarse, fine = changes
+    least = TRIFLE * max(float(change.max(initial=0.0)) for change in changes)
+    known = (coarse > least) & (fine > least)
+    ratio = np.where(known, coarse, np.inf) / np.where(known, fine, 1.0)
+    low, high = np.full(len(ratio), min(LOWEST, highest)), np.full(len(ratio), highest)
+    h3, h2, h1 = family.sizes[-3:]
+    for _ in range(50):  # (h3^p - h2^p) / (h2^p - h1^p) rises with p
+        middle = 0.5 * (low + high)
+        above = (h3**middle - h2**middle) / (h2**middle - h1**middle) < ratio
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return high
+
+
+def combined(limits: Sequence[Limit], where: Sampled) -> tuple[Limit, float]:
+    """The best limit, and its error, m. Raises Unsettled."""
+    fields = [own.displacement(where.X) for own in limits]
+    for (a, u), (b, v) in combinations(zip(limits, fields, strict=True), 2):
+        apart = largest(u - v)
+        if apart > APART * (a.estimate + b.estimate):
+            raise Unsettled(f"its methods contradict each other: they are {units.show(apart, units.LENGTH)} apart; "
+                            f"{a.words()}; {b.words()}")  # fmt: skip
+    best = min(range(len(limits)), key=lambda i: limits[i].estimate)
+    error = max(limits[best].estimate, *(largest(u - fields[best]) for u in fields))
+    whole = largest(fields[best])
+    if error > LARGEST * whole:
+        told = "; ".join(own.words() for own in limits)
+        size, most = units.show(error, units.LENGTH), units.show(whole, units.LENGTH)
+        raise Unsettled(f"its error of {size} is more than {100 * LARGEST:g} % of the largest displacement, {most}; "
+                        f"{told}; refine further")  # fmt: skip
+    return limits[best], error
+
+
+# ------------------------------------------------------------------ the solutions
+
+
+@dataclass(frozen=True)
+class Member:
+    """One model at one size, solved."""
+
+    size: float
+    actual: float  # m: the edge of a cube of the mean volume of a cell
+    displacement: Field
+    mesh: Any
+    facts: Mapping[str, Any]
+
+
+def settled(
+    scene: Scene, reference: Declared, points: Floats, measured: Mapping[str, Any], say: Callable[[str, str], None]
+) -> Settled:
+    """The limit of the models that a reference names, at `points` (n, 3) and over the body.
+
+    Raises Fault where a model cannot be built, and Unsettled where there is no limit.
+    """
+    sizes = reference.thing.sizes.values
+    methods = methods_of(scene, reference)
+    steps = [(method, size) for method in methods for size in sizes]
+    members = []
+    for number, (method, size) in enumerate(steps, start=1):
+        told = f"{reference.name}: {method.declared.name}, size = {units.show(size, units.LENGTH)}"
+        say("reference", f"{told} ({number} of {len(steps)})")
+        members.append(_member(method, size, Workshop(scene=scene, measured=measured)))
+    families = [members[i : i + len(sizes)] for i in range(0, len(members), len(sizes))]
+    where = _sampled(families[0][0].mesh, points)
+    shop = Workshop(scene=scene, measured=measured)
+    limits = [_limit_of(m, f, where, shop) for m, f in zip(methods, families, strict=True)]
+    best, error = combined(limits, where)
+    return Settled(best.displacement, error, _facts(methods, families, limits, best))
+
+
+def _limit_of(method: Method, members: Sequence[Member], where: Sampled, workshop: Workshop) -> Limit:
+    """The limit of one method; where its meshes miss a part of what supports select, as far off as that may make it."""
+    unheld = _unheld(method.case, members)
+    family = Family(
+        method.declared.name,
+        method.formal,
+        [m.actual for m in members],
+        [m.displacement for m in members],
+        method.case.analysis.tolerance,
+        unheld or uneven(method.case.shape, [m.size for m in members], method.declared.thing.cuts(method.case)),
+    )
+    found = limit(family, where)
+    if unheld is None:
+        return found
+    wide = _member(replace(method, case=replace(method.case, wide=True)), members[-1].size, workshop)
+    apart = largest(wide.displacement(where.X) - members[-1].displacement(where.X))
+    return replace(found, estimate=found.estimate + apart)
+
+
+def _unheld(case: Case, members: Sequence[Member]) -> str | None:
+    """Why meshes cannot be extrapolated that hold another part than supports select; None where they do not."""
+    for member in members:
+        for name, own in grips(case, member.mesh).items():
+            if own.held < 1.0 or own.beyond > 0.0:
+                size = units.show(member.size, units.LENGTH)
+                return f"cells of {size} hold {100 * own.held:.3g} % of what `{name}` selects"
+    return None
+
+
+def _member(method: Method, size: float, workshop: Workshop) -> Member:
+    """Solve one model at one size. Raises Fault, and Unsettled where it finds no equilibrium."""
+    declared = method.at(size)
+    model_builders.load(declared.thing)
+    prepared = model_builders.build(declared, method.case, workshop)
+    prepared.warm()
+    wall, cpu = time.perf_counter(), time.process_time()
+    solution: Solution = prepared.solve(lambda iteration: None)
+    spent = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
+    if solution.displacement is None or solution.mesh is None:
+        where = f"`{declared.name}` at a size of {units.show(size, units.LENGTH)}"
+        raise Unsettled(f"{where} has no solution: {solution.message}")
+    mesh = solution.mesh.mesh
+    actual = float(mesh.volumes.sum() / len(mesh.cells)) ** (1 / 3)
+    return Member(size, actual, solution.displacement, mesh, {**prepared.size, **spent})
+
+
+def _sampled(mesh: Any, points: Floats) -> Sampled:
+    """Points strewn over a mesh's cells with the volume of each, and those that are asked for.
+
+    Regular points would be nodes of the finer meshes, where errors are not those of the field.
+    """
+    each = -(-STREWN // len(mesh.cells))
+    xi = mesh.element.strewn(np.random.default_rng(0), each)
+    X = np.einsum("qa,mai->mqi", mesh.element.shape(xi), mesh.points[mesh.cells]).reshape(-1, 3)
+    return Sampled(np.concatenate([X, points]), np.repeat(mesh.volumes / each, each))
+
+
+def _facts(
+    methods: Sequence[Method], families: Sequence[Sequence[Member]], limits: Sequence[Limit], best: Limit
+) -> dict[str, Any]:
+    """What a report keeps of it."""
+    found = {}
+    for method, family, own in zip(methods, families, limits, strict=True):
+        found[method.declared.name] = {
+            "order": own.order,
+            "formal_order": method.formal,
+            "estimate": own.estimate,
+            "extrapolated": own.extrapolated,
+            "doubt": own.doubt,
+            "members": [{"size": m.size, "cell": m.actual, **m.facts} for m in family],
+        }
+    notes = ["shares the solver with what it judges: checks the discretisation, not the code"]
+    return {"methods": found, "taken": best.name, "notes": notes}

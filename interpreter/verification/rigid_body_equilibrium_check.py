@@ -1,0 +1,65 @@
+"""Whether what a rigid body meets at rest bears what loads press it with, by formulas of their own.
+
+Its loads are read from the scene again, its volume is that of the shape in place of the sum of its parts, and what it
+does to the body that deforms is what other formulas find of each contact (`contact_forces_check.py`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.interpreter.verification.contact_forces_check import of_contact
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.interpreter.vocabulary.load_words import PerMass
+
+if TYPE_CHECKING:
+    from softmark.interpreter.models.shared.prepared_model import Moved
+    from softmark.interpreter.problem.body_case import Case, Touch
+    from softmark.solvers.independent_forces.solid_forces import Floats
+
+EXACT = 1e-7  # of the forces on it: what may be left
+NOTHING = 1e-10  # of Young's modulus times the square of the size of the body that deforms: no force
+
+
+def checked(case: Case, mesh: Moved, u: Floats) -> tuple[dict[str, Any], str | None]:
+    """What a report says of the balance of rigid bodies that loads press, and why a state is no answer, if it is none.
+
+    u (n, 3), m, are the displacements of the body that deforms.
+    """
+    touches = [touch for touch in case.contacts if touch.along is not None]
+    if not touches:
+        return {}, None
+    first = touches[0]
+    try:
+        sizes = _loads(first)
+        each = [of_contact(case, touch, mesh, u) for touch in touches]
+    except Unchecked as unknown:
+        return {"pressed": {"residual": None, "reason": str(unknown)}}, None
+    borne = sum(float(f[:, first.along].sum()) for f, _ in each)
+    size = max(float(np.abs(sizes).sum()), abs(borne), NOTHING * case.largest_young * mesh.mesh.extent**2)
+    left, unsure = abs(float(sizes.sum()) - borne), sum(vague for _, vague in each)
+    facts = {"pressed": {"residual": left / size, "unsure": unsure / size}}
+    if left <= EXACT * size + case.analysis.tolerance * size + unsure:
+        return facts, None
+    name = first.rigid.name
+    return facts, f"what `{name}` meets does not bear it: {left / size:.1e} of the forces on it is left over"
+
+
+def _loads(touch: Touch) -> Floats:
+    """Forces of all loads on a rigid body along its way (k,), N. Raises Unchecked where its volume is not known."""
+    assert touch.along is not None
+    found, thing = [0.0], touch.rigid.thing
+    for load in touch.loads:
+        action = load.thing.action
+        if not isinstance(action, PerMass):
+            found.append(action.force[touch.along])
+            continue
+        mass = thing.mass
+        if mass is None and thing.density is not None:
+            if (volume := thing.shape.volume) is None:
+                raise Unchecked(f"there is no other formula for the volume of `{touch.rigid.name}`")
+            mass = thing.density * volume
+        found.append((mass or 0.0) * action.acceleration[touch.along])
+    return np.array(found)

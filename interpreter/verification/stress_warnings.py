@@ -1,0 +1,233 @@
+"""Where cells do not agree on the stress that a metric tells of: a word for it, always, at no further solution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language import units
+from softmark.interpreter.language.compiled_scene import Declared, Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.metric_evaluation import measured_by, seen_of
+from softmark.interpreter.metrics.probe_samples import ProbePlace
+from softmark.interpreter.metrics.tensor_metrics import OfTensors, field_of
+from softmark.interpreter.metrics.undefined_metric import Undefined
+from softmark.interpreter.models.shared.prepared_model import Prepared
+from softmark.interpreter.problem.solution import View
+from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+
+if TYPE_CHECKING:
+    from softmark.interpreter.verification.surface_traction_check import TractionMismatch
+    from softmark.solvers.mesh.mesh import Mesh
+
+MIXED = 0.05  # of a cell: that much of another material is no matter of how sides are bent
+APART = 0.25  # of the recovered stress, in the mean square over the cells around: the mesh does not show what is there
+
+
+def asks(scene: Scene) -> bool:
+    """Whether a scene asks for stress or strain."""
+    return any(isinstance(m.thing, OfTensors) for m in scene.of_kind("metric").values())
+
+
+def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
+    """Warnings about metrics of stress and strain whose value has no limit, or lies where cells do not agree."""
+    asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, OfTensors)]
+    found = [d for metric in asked for d in _said(metric, view, prepared, scene.declared[view.name].thing)]
+    if any(isinstance(load.thing.action, AtPoint | PerLength) for load in view.case.loads):
+        found += _under_forces(scene, view, prepared)
+    if view.case.contacts:
+        found += _under_edges(scene, view)
+    return tuple(found)
+
+
+def _under_edges(scene: Scene, view: View) -> Iterator[Diagnostic]:
+    """Pressures of contacts at sharp edges and tips."""
+    from softmark.interpreter.verification.contact_accuracy_limits import limitless_pressure
+
+    for metric in scene.of_kind("metric").values():
+        seen = view.probes.get(metric.thing.looked_at or "")
+        if place := limitless_pressure(
+            metric.thing, view.case, view.at_rest, np.zeros((0, 3)) if seen is None else seen.points
+        ):
+            yield diagnostic(
+                "W388",
+                metric.at("probe" if seen is not None else ""),
+                f"`{metric.name}` looks at {place}, where pressure has no limit: what is found is what the mesh allows",
+                "no limit there",
+                "every refinement finds more; look a cell or more away, or use a shape that is rounded",
+            )
+
+
+def _under_forces(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diagnostic]:
+    """Displacements of a solid that are looked at under a force on a point or along a line."""
+    from softmark.interpreter.verification.stress_singularities import place_of, unbounded
+
+    for metric in scene.of_kind("metric").values():
+        seen = view.probes.get(metric.thing.looked_at or "")
+        if not isinstance(metric.thing, OfDisplacements) or metric.thing.summed_by != "max" or seen is None:
+            continue
+        last = slice(-1 if metric.thing.last else 0, None)
+        if seen.displacement is None:
+            continue
+        if load := unbounded(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
+            line = isinstance(load.thing.action, PerLength) or view.case.planar
+            grows = "by the logarithm of the size of cells" if line else "as one over the size of cells"
+            yield diagnostic(
+                "W384",
+                metric.at("probe"),
+                f"`{metric.name}` looks at {place_of(load)}, where displacements of a solid have no limit: what is"
+                " found is what the mesh allows",
+                "no limit there",
+                f"every refinement finds more, {grows}; look a cell or more away, or use a traction on a "
+                f"{'strip' if line else 'patch'}",
+            )
+
+
+def _beside_ends(metric: Declared, view: View, thing: Any) -> Iterator[Diagnostic]:
+    """Of beams, whose sections are not free to warp and to grow thin where something holds them."""
+    from softmark.interpreter.models.beam.end_effect_zones import disturbed
+
+    if place := disturbed(view.case, thing, view.probes[metric.thing.probe].points):
+        yield diagnostic(
+            "W356", metric.at("probe"),
+            f"`{metric.name}` looks at `{view.name}` within a width of {place}, where the theory of sections is crude",
+            "not as free as in theory",
+            "the number is that of a section far from supports, forces and joints; `fem(...)` knows what is there",
+        )  # fmt: skip
+
+
+def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnostic]:
+    """Of points in cells that a border of parts passes through, or beside these, which agree and are wrong together."""
+    from softmark.interpreter.models.shared.region_cells import owners
+    from softmark.solvers.mesh.element_interpolation import locate
+
+    own = owners(view.case, mesh)
+    mixed = np.take_along_axis(own.shares, own.cells[None], axis=0)[0] < 1.0 - MIXED
+    if not mixed.any():
+        return
+    touched = np.zeros(len(mesh.points), dtype=np.bool_)
+    touched[mesh.cells[mixed]] = True
+    there = locate(mesh, view.probes[metric.thing.probe].points).nodes
+    if many := int(touched[there].any(axis=1).sum()):
+        yield diagnostic(
+            "W357",
+            metric.at("probe"),
+            f"{many} of {len(there)} points that `{metric.name}` looks at in `{view.name}` lie in or beside cells of"
+            " two materials",
+            "stress jumps somewhere within",
+            "cells are of one material each, and theirs is crude there: use a mesh with nodes along the border, or look"
+            " two cells or more away",
+        )
+
+
+def place_of_metric(metric: OfTensors, view: View) -> ProbePlace:
+    """Return the probe of a metric in the view of a model."""
+    probe, name = view.probes[metric.probe], metric.probe
+    return ProbePlace(probe.points, probe.triangles, view.weights.get(name), view.domains.get(name))
+
+
+def _of_sides(metric: OfTensors, details: Mapping[str, Any]) -> str:
+    """Return how a metric combines the two values at points on an interface, as text."""
+    if metric.over == "mean":
+        return "there the mean counts half of each side; move the probe to one side of the interface"
+    values = next((value for name, value in details.items() if name.startswith("sides_")), None)
+    if values is None:
+        return "there the largest value is taken from both sides; this one lies elsewhere"
+    dimension = units.PRESSURE if metric.natural == "Pa" else units.NONE
+    shown = " and ".join(units.show(value, dimension) for value in values)
+    return f"its sides have {shown}, and the number is the largest of them; look at points to one side of the interface"
+
+
+def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Diagnostic]:
+    """Yield a warning if the stress at the surface contradicts the applied traction."""
+    found = mismatch_of(metric.thing, view)
+    if found is None or view.stress is None:
+        return
+    if not found.error > APART * max(abs(value), found.error, metric.thing.usual(view.stress())):
+        return
+    names = " and ".join(f"`{name}`" for name in found.loads)
+    acts = f"{names} apply" if len(found.loads) > 1 else f"{names} applies" if names else "the free surface has"
+    way = "normal" if found.along else "shear"
+    at, own, applied = units.show_all(found.at.tolist(), units.LENGTH), *(
+        units.show(t, units.PRESSURE) for t in (found.found, found.applied)
+    )  # fmt: skip
+    yield diagnostic(
+        "W405",
+        metric.at("probe"),
+        f"`{metric.name}` looks at {at}, where the {way} traction of the stress in `{view.name}` is {own}, and {acts}"
+        f" {applied}",
+        "not in equilibrium with what acts there",
+        "the cells do not follow what acts on the surface: use cells of a third of what is loaded, or less",
+    )
+
+
+def mismatch_of(metric: OfTensors, view: View) -> TractionMismatch | None:
+    """Return the mismatch of a model's surface stress and the applied traction at a metric's probe, or None."""
+    from softmark.interpreter.verification.surface_traction_check import mismatch  # which beams have no need of
+
+    try:
+        return mismatch(metric, view.case, place_of_metric(metric, view), field_of(view.stress), view.at_rest)
+    except Undefined:
+        return None
+
+
+def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Iterator[Diagnostic]:
+    if view.message is not None or metric.thing.probe not in view.probes:
+        return
+    from softmark.interpreter.verification.stress_singularities import limitless
+
+    if prepared.mesh is None and view.stress is not None:
+        if not (thing.even or isinstance(thing.stress_law, str)):
+            yield from _beside_ends(metric, view, thing)
+        return
+    place = limitless(
+        metric.thing, view.case, prepared.mesh, place_of_metric(metric.thing, view).looked_at(metric.thing.over)
+    )
+    if place and view.stress is not None:
+        yield diagnostic(
+            "W388",
+            metric.at("probe"),
+            f"`{metric.name}` looks at {place}, where stress has no limit: what is found is what the mesh allows",
+            "no limit there",
+            "every refinement finds more; look at a part that ends a cell or more away, or at the mean",
+        )
+        return
+    try:
+        alone = replace(metric.thing, against=None)
+        measured = measured_by(alone, seen_of(alone, view, {}))
+    except Undefined:
+        return
+    details = measured.details
+    if metric.thing.measured_from is None:
+        yield from _against_traction(metric, view, measured.value)
+    if metric.thing.over == "mean" and not details["where_materials_meet"]:
+        return
+    crossed = tuple(_beside_parts(metric, view, prepared.mesh)) if view.case.parts and prepared.mesh is not None else ()
+    yield from crossed
+    if not crossed and (many := details["where_materials_meet"]):
+        yield diagnostic(
+            "W345",
+            metric.at("probe"),
+            f"{many} of {details['points']} points that `{metric.name}` looks at in `{view.name}` lie between parts",
+            "stress jumps there",
+            _of_sides(metric.thing, details),
+        )
+    if metric.thing.over == "mean":
+        return
+    apart = details["cells_apart_1"]
+    if not apart > APART:
+        return
+    place = units.show_all(details["at_m"], units.LENGTH)
+    yield diagnostic(
+        "W387",
+        metric.at(),
+        f"the cells of `{view.name}` differ by {100 * apart:.0f} % in the {metric.thing.made_of} at {place}, "
+        f"where `{metric.name}` is",
+        "not resolved there",
+        "refine there; in a corner that turns inward stress has no limit, and `--stated` says whether it settles",
+    )

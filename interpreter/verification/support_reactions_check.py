@@ -1,0 +1,82 @@
+"""What supports hold, and how they move rigid bodies, found once more for the watchdog."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case, Touch
+from softmark.interpreter.problem.group_conditions import apart, of_cells, of_facets, of_nodes
+from softmark.interpreter.verification.cell_materials_check import INWARD
+from softmark.solvers.independent_forces.rigid_friction_forces import taken
+
+Floats = NDArray[np.float64]
+PLACED = 1e-6  # of the motion that a support imposes: what may be lacking of it, in single precision too
+ROUNDED = 1e-9  # of the size of the body: what rounding may leave
+
+
+def held(case: Case, mesh: Moved) -> NDArray[np.bool_]:
+    """Which degrees of freedom supports hold (n, 3): of the nodes that they select, and of whole cells and facets.
+
+    Cells and facets are taken as selected where all their corners are, seen from a little inside: a selection without
+    its border holds up to it.
+    """
+    points = mesh.points
+    found = np.zeros(points.shape, dtype=np.bool_)
+    extent = float(np.sqrt((np.ptp(points, axis=0) ** 2).sum()))
+    for support in case.supports:
+        where = np.zeros(len(points), dtype=np.bool_)
+        for condition, which in apart(support.thing.where, of_nodes(mesh.mesh)):
+            x, y, z = points[which].T
+            where[which] = np.broadcast_to(condition.holds(x, y, z, extent), len(x))
+        for nodes, members in ((mesh.cells, of_cells(mesh.mesh)), (mesh.mesh.facets, of_facets(mesh.mesh))):
+            corners = points[nodes]
+            X = corners + INWARD * (corners.mean(axis=1, keepdims=True) - corners)
+            for condition, which in apart(support.thing.where, members):
+                x, y, z = np.moveaxis(X[which], 2, 0)
+                inside = np.broadcast_to(condition.holds(x, y, z, extent), x.shape)
+                where[nodes[which][inside.all(axis=1)]] = True
+        for c in support.thing.components:
+            found[:, c] |= where
+    return found
+
+
+def misplaced(case: Case, mesh: Moved) -> tuple[float, str | None]:
+    """Return the largest deviation of supported nodes from their prescribed motion, relative to the size; its support.
+
+    The prescribed motion is computed again, as a vector or a rotation by quaternions. Supports that follow measured
+    points are left out. The support's name is None if rounding explains the deviation.
+    """
+    u, worst, name = np.asarray(mesh.displacement, dtype=np.float64), 0.0, None
+    X = mesh.points * (1.0, 1.0, 0.0) if case.planar else mesh.points
+    for support in case.supports:
+        thing = support.thing
+        if thing.tracked is not None:
+            continue
+        asked = taken(
+            X, np.array(thing.displacement), np.array(thing.rotation), np.array(getattr(thing, "through", X[0]))
+        )
+        own = held(replace(case, supports=(support,)), mesh)
+        size = mesh.mesh.extent + float(np.abs(asked - X).max(initial=0.0))
+        off = float(np.abs((u - (asked - X))[own]).max(initial=0.0)) / size
+        moved = float(np.abs((asked - X)[own]).max(initial=0.0)) / size
+        if off > worst:
+            worst = off
+            name = support.name if off > PLACED * moved + ROUNDED else name
+    return worst, name
+
+
+def motion(touch: Touch) -> tuple[Floats, Floats, Floats]:
+    """How a rigid body has moved: its shift, m, its turn, rad, and the point that this is around, m."""
+    shift, rotation, through = np.zeros(3), np.zeros(3), np.zeros(3)
+    if touch.along is not None:
+        shift[touch.along] += touch.gone
+    for support in (moved.thing for moved in touch.moved):
+        for c in support.components:
+            shift[c] += support.displacement[c]
+        if support.turns:
+            rotation, through = np.array(support.rotation), np.array(support.through)
+    return shift, rotation, through

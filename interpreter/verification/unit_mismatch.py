@@ -1,0 +1,61 @@
+"""Results whose displacements seem to be in another unit than their lengths: a thousand times what all others find.
+
+Nothing in a file of results says what unit its displacements have, and where its lengths fit the body only its answer
+is left to doubt. Others than whole factors of a thousand are an error like any.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+
+from softmark.grammar.diagnostic import Diagnostic
+from softmark.interpreter.language.compiled_scene import Scene
+from softmark.interpreter.language.message_builder import diagnostic
+from softmark.interpreter.models.imported_results.support_compliance import ANOTHER
+from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult
+
+FACTORS = {1e3: "a thousand times as far", 1e-3: "a thousandth as far"}
+NEAR = 0.1  # of a factor: an answer that is wrong by just so much for another reason is not likely
+
+
+def other_units(
+    scene: Scene, models: Mapping[str, ModelResult], references: Mapping[str, ReferenceResult]
+) -> list[Diagnostic]:
+    """A warning for each file of results that moves a probe's points by such a factor of what another outcome does."""
+    found = []
+    for name, own in models.items():
+        if own.status != "read":
+            continue
+        others: list[ModelResult | ReferenceResult] = [
+            *references.values(),
+            *(m for m in models.values() if m.status == "converged"),
+        ]
+        told = next(_apart(own.probes, others), None)
+        if told is not None:
+            probe, other, words = told
+            declared = scene.declared[name]
+            found.append(diagnostic(
+                "W704", declared.at("unit"), f"`{name}` moves `{probe}` {words} as `{other}` does", "another unit?",
+                ANOTHER,
+            ))  # fmt: skip
+    return found
+
+
+def _apart(
+    own: Mapping[str, ProbeResult], others: Iterable[ModelResult | ReferenceResult]
+) -> Iterator[tuple[str, str, str]]:
+    """Probes at which another is apart by a factor: the probe, the other and the factor in words."""
+    for other in others:
+        for name in (n for n in own if n in other.probes):
+            mine, theirs = _size(own[name]), _size(other.probes[name])
+            for factor, words in FACTORS.items():
+                if theirs > 0.0 and abs(mine / theirs / factor - 1.0) <= NEAR:
+                    yield name, other.name, words
+
+
+def _size(seen: ProbeResult) -> float:
+    """How far the points of a probe move, at most, m."""
+    u = seen.displacement if seen.course is None else seen.course
+    return float(np.linalg.norm(u, axis=-1).max(initial=0.0))

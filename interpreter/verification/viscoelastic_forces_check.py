@@ -1,0 +1,88 @@
+"""Solids that remember, for the watchdog: the stress of their past by its integral
+(solvers/independent_forces/hereditary_integral.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from softmark.interpreter.models.shared.prepared_model import Moved
+from softmark.interpreter.problem.body_case import Case
+from softmark.interpreter.verification.unverified_models import Unchecked
+from softmark.solvers.independent_forces import hereditary_integral, solid_forces
+from softmark.solvers.independent_forces.hereditary_integral import Course, Measure, RememberingBody, RememberingPressed
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed
+from softmark.solvers.independent_forces.solid_forces import Floats
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
+
+MOST = 2e9  # numbers that a past may be looked through
+
+
+def course_of(case: Case, strain: str, mesh: Moved, points: int) -> Course:
+    """How a body of one material that relaxes came to where it is. Raises Unchecked."""
+    material = case.material
+    past = getattr(mesh, "past", None)
+    if past is None:
+        raise Unchecked("how it came there is not known")
+    if len(past.times) * points * 9.0 > MOST:
+        raise Unchecked(f"its past of {len(past.times)} steps is too long to look through")
+    g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
+    return Course(past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth)
+
+
+def _measure(material: Any, strain: str) -> Measure:
+    """The measure of strain that its stress works with."""
+    if strain == "finite":
+        return "green" if material.of == "whole" else "shape"
+    return "small" if strain == "small" else "turned"
+
+
+def _part(material: Any, strain: str) -> solid_forces.Stress:
+    """Return the stress that relaxes: Hooke's law, or differences of the energy at finite strain. Raises Unchecked."""
+    E, nu = material.young, material.poisson
+    mu, lam = E / (2.0 * (1.0 + nu)), 0.0 if nu == 0.5 else E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    if strain != "finite":
+        hooke = solid_forces.small_stress if strain == "small" else solid_forces.corotational_stress
+        return hooke(mu, lam if material.of == "whole" else -2.0 / 3.0 * mu)
+    part = material.finite_law() if material.of == "whole" else material.law.isochoric()
+    if part is None:
+        raise Unchecked(f"no part of a {type(material.law).__name__} relaxes in finite strain")
+    return EnergyStress(part.psi)
+
+
+def remembering(made: Any, course: Course) -> Any:
+    """A body that is checked, with its past."""
+    cls = RememberingPressed if isinstance(made, Pressed) else RememberingBody
+    known = {f.name: getattr(made, f.name) for f in fields(made)}
+    return cls(**known, course=course)
+
+
+# ------------------------------------------------------------------ beams
+
+
+def gone_of(material: Any, displacement: Any, strains: Callable[[Any], Floats]) -> Floats:
+    """Of the `strains` (e, 6) of a beam, which they say of displacements, what carries nothing any more (e, 6).
+
+    Raises Unchecked.
+    """
+    times, past = getattr(displacement, "times", None), getattr(displacement, "past", None)
+    if times is None or past is None:
+        raise Unchecked("how it came there is not known")
+    steps = [strains(moved) for moved in past]
+    if len(steps) * steps[0].size > MOST:
+        raise Unchecked(f"its past of {len(times)} steps is too long to look through")
+    shares, late = (np.array(column) for column in zip(*material.branches, strict=True))
+    stretched = sheared = (shares, late)
+    if material.of == "shape" and material.poisson < 0.5:
+        stretched = hereditary_integral.of_young(shares, late, material.poisson)
+    found = np.zeros_like(steps[0])
+    for modes, (g, tau) in (([0, 4, 5], stretched), ([1, 2, 3], sheared)):
+        left, before = 0.0, np.zeros_like(steps[0])
+        for weight, now in zip(hereditary_integral.weights(times, g, tau), steps, strict=True):
+            left, before = left + weight * (now - before), now
+        found[:, modes] = (float(g.sum()) * steps[-1] - left)[:, modes]
+    return found

@@ -1,0 +1,118 @@
+"""What several codes agreed on, as a truth: values and curves, with the band in which the codes lie."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.csv_tables import Columns
+from softmark.references.measured_curve import CurveFromFile, MeasuredCurve
+from softmark.references.measured_data import Unreadable
+from softmark.references.published_values import GivenValues, KnownValue
+from softmark.references.reference_base import Kind
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    from softmark.references.lazy_imports import np
+
+
+@dataclass(frozen=True)
+class Consensus(GivenValues):
+    """Values on which several codes agreed, with the band in which they lie: one, or one for each state.
+
+    A number of a model is inside the band or outside of it, as `value_error` tells: with `relative_to = uncertainty` it
+    is the distance from the value over that of the end of the band on the same side, so that 1 or less is inside.
+
+    The band is `spread` on both sides of the value, an amount in its unit or a share of it, or goes from `low` to
+    `high` where it is not the same on both sides. It says how far programs differ that solve the same equations,
+    and no more: codes may agree on what is wrong. Of two codes the values themselves are the ends; one alone is no
+    consensus, and `values` with `kind = one_code`.
+    Source: whoever collected what the codes computed, as the scene says by `source`.
+    """
+
+    values: Annotated[Any, "amounts", "what was agreed on, with its unit: one, or a list with one for each state"]
+    codes: Annotated[int, "1 in [2, 100000]", "how many codes agreed"]
+    source_: Annotated[str, "who collected what the codes computed"]
+    spread: Annotated[
+        Any | None, "amounts in [0, inf)", "how far codes lie from the value, an amount or a share: one, or a list"
+    ] = None
+    low: Annotated[Any | None, "amounts", "the least that a code computed: one, or a list"] = None
+    high: Annotated[Any | None, "amounts", "the largest that a code computed: one, or a list"] = None
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    lists: ClassVar[tuple[str, ...]] = ("spread", "low", "high")
+    usual: ClassVar[Kind] = "consensus"
+    error_meaning: ClassVar[str] = "how far codes differ, in the unit of the value, as the scene states it"
+
+    @property
+    def each(self) -> tuple[KnownValue, ...]:
+        """The values with their bands, SI."""
+        values = self.values.values
+        if self.spread is not None:
+            off = self.amounts("spread")
+            bands = [(v - u, v + u) for v, u in zip(values, off, strict=True)]
+        else:
+            bands = list(zip(self.chosen("low"), self.chosen("high"), strict=True))
+        return tuple(
+            KnownValue(v, max(v - low, high - v), self.source_, (low, high), self.codes)
+            for v, (low, high) in zip(values, bands, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class ConsensusCurve(CurveFromFile):
+    """A curve on which several codes agreed, with the band in which they lie: force over travel, a course in time.
+
+    The table, its columns and units are those of `curve`. The band goes from the column `low` to the column `high`,
+    or is `deviation` or `uncertainty` on both sides of `y`; where every code has a column or a table of its own,
+    the curve is their mean and the band one standard deviation between them (over n - 1), and `codes` is their
+    number. `curve_error` tells how far a model is from the curve, and which share of it lies inside the band.
+
+    It says how far programs differ that solve the same equations, and no more: codes may agree on what is wrong.
+    Source: whoever collected what the codes computed, as `citation` or the data set says.
+    """
+
+    codes: Annotated[int | None, "1 in [2, 100000]", "how many codes agreed; by default, how many curves are given"] = (
+        None
+    )
+    low: Annotated[str, "the name of a column with the least of each row, in the unit of y"] = ""
+    high: Annotated[str, "the name of a column with the largest of each row, in the unit of y"] = ""
+
+    usual: ClassVar[Kind] = "consensus"
+    error_meaning: ClassVar[str] = "how far codes differ, in the unit of y, as the scene states it"
+
+    @property
+    def agreed(self) -> int:
+        """How many codes."""
+        return self.codes or self.repeats
+
+    @property
+    def beside_y(self) -> tuple[str, ...]:
+        """The names of the columns that say how far codes lie from y."""
+        return (*super().beside_y, *(name for name in (self.low, self.high) if name))
+
+    def load(self, beside: Path | None = None) -> MeasuredCurve:
+        """The curve in SI, with its band. Raises Unreadable."""
+        found = super().load(beside)
+        if not (self.low and self.high):
+            return found
+        ends = []
+        for name in (self.low, self.high):
+            (one,), _ = replace(self, y=(name,), low="", high="").read(beside)
+            ends.append(np.interp(found.x, one.sorted[0], one.sorted[1]))
+        return replace(found, band=(ends[0], ends[1]))
+
+    def _uncertain(self, table: Columns, name: str) -> list[float]:
+        """How far the farther end of the band is from each value, SI. Raises Unreadable."""
+        if not (self.low and self.high):
+            return super()._uncertain(table, name)
+        rows = list(zip(table.numbers[self.low], table.numbers[name], table.numbers[self.high], strict=True))
+        at = next((i for i, (low, y, high) in enumerate(rows) if not low <= y <= high), None)
+        if at is not None:
+            raise Unreadable(table.name, f"line {table.lines[at]}: {rows[at][1]:.6g} in column `{name}` does not lie"
+                             f" from {rows[at][0]:.6g} (`{self.low}`) to {rows[at][2]:.6g} (`{self.high}`)",
+                             "the curve on which codes agreed lies within their band")  # fmt: skip
+        return [self.y_unit.value * max(y - low, high - y) for low, y, high in rows]

@@ -1,0 +1,289 @@
+"""A porous column pressed far, which cannot widen: finite strain along one axis, by collocation."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.elastica_collocation import NotSolved
+from softmark.references.porous_skeletons import Skeleton
+from softmark.references.prony import Driven
+from softmark.references.reference_base import About, Reference
+from softmark.references.straight_cantilever import Refused
+from softmark.references.terzaghi import Upright
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+POINTS = (40, 64)  # of collocation, of the solution that is compared and of the one that is told
+TOLERANCES = (1e-6, 1e-8)  # relative, of the integration in time, of both
+KEPT = 64  # solutions that are remembered: a column at one time after another
+ROUNDING = 1e-13
+SURE = 0.01  # of travel and force: how far two solutions may be apart
+
+
+@dataclass(frozen=True)
+class Permeability:
+    """k = k0 ((J - s)/(1 - s))^exponent exp(stiffening (J^2 - 1)/2), m^4/(N s) (Holmes and Mow 1990)."""
+
+    at_rest: float
+    exponent: float = 0.0
+    stiffening: float = 0.0
+    solid: float = 0.0
+
+    def at(self, J: Array) -> Array:
+        """Of volumes J (n,); not a number where no pores are left."""
+        pores = np.where(self.solid < J, J - self.solid, np.nan) / (1.0 - self.solid)
+        found: Array = self.at_rest * pores**self.exponent * np.exp(0.5 * self.stiffening * (J * J - 1.0))
+        return found
+
+
+@dataclass(frozen=True)
+class Layer:
+    """What of a column lies between a plane that nothing passes and its open end. In the scale of its height, SI else.
+
+    With u (of the height) the displacement and J = 1 + u_Y the stretch, the fluid that leaves makes
+    u_t = k(J)/J P(J)_Y / h^2: P is what the skeleton carries, and the pressure is P less what all carries together,
+    which is P at the open end. There u is given, or P.
+    """
+
+    height: float  # m
+    skeleton: Skeleton
+    permeability: Permeability
+    force: bool
+    amount: float  # Pa, or of the height
+    driven: Driven
+
+    def loss(self, J: Array) -> Array:
+        """How easily it consolidates at stretches J (n,), 1/s: k P' / (J h^2)."""
+        found: Array = self.permeability.at(J) * self.skeleton.slope(J) / (J * self.height**2)
+        return found
+
+    @property
+    def size(self) -> float:
+        """What displacements come to, of the height."""
+        moved = self.skeleton.stretch(self.amount) - 1.0 if self.force else self.amount
+        return min(1.0, abs(moved)) or 1.0
+
+    def at_end(self, t: float) -> float:
+        """Displacement of the open end, or its stretch where it is pressed."""
+        share = self.amount * self.driven.left(0.0, t)
+        return self.skeleton.stretch(share) if self.force else share
+
+
+def chebyshev(count: int) -> tuple[Array, Array]:
+    """Points Y (n,) from 0 to 1, and the matrix (n, n) of the derivative (Trefethen 2000, chapter 6)."""
+    n = count - 1
+    x = np.cos(np.pi * np.arange(count) / n)
+    c = np.where((np.arange(count) == 0) | (np.arange(count) == n), 2.0, 1.0) * (-1.0) ** np.arange(count)
+    apart = 2.0 * np.sin(0.5 * np.pi * (np.arange(count)[:, None] + np.arange(count)) / n)
+    apart *= np.sin(
+        0.5 * np.pi * (np.arange(count) - np.arange(count)[:, None]) / n
+    )  # x_i - x_j without loss of digits
+    D = np.outer(c, 1.0 / c) / (apart + np.eye(count))
+    D -= np.diag(D.sum(axis=1))
+    return 0.5 * (1.0 - x), -2.0 * D
+
+
+@dataclass(frozen=True)
+class Collocated:
+    """The equation of a layer at points of Chebyshev: unknown is u (n - 2,) between the ends, the first is still."""
+
+    layer: Layer
+    count: int
+
+    @cached_property
+    def _matrices(self) -> tuple[Array, Array, Array]:
+        Y, D = chebyshev(self.count)
+        return Y, D, D @ D
+
+    def whole(self, t: float, inner: Array) -> Array:
+        """u at all points (n,) at time t."""
+        _, D, _ = self._matrices
+        end = self.layer.at_end(t)
+        if self.layer.force:  # u_Y there is given
+            end = (end - 1.0 - float(D[-1, 1:-1] @ inner)) / D[-1, -1]
+        return np.concatenate([[0.0], inner, [end]])
+
+    def rate(self, t: float, inner: Array) -> Array:
+        """u_t between the ends (n - 2,), 1/s."""
+        _, D, D2 = self._matrices
+        u = self.whole(t, inner)
+        found: Array = (self.layer.loss(1.0 + D @ u) * (D2 @ u))[1:-1]
+        return found
+
+    def jacobian(self, t: float, inner: Array) -> Array:
+        """Of the rate (n - 2, n - 2)."""
+        _, D, D2 = self._matrices
+        u = self.whole(t, inner)
+        J = 1.0 + D @ u
+        h = 1e-6
+        steeper = (self.layer.loss(J + h) - self.layer.loss(J - h)) / (2.0 * h)
+        by_u = self.layer.loss(J)[:, None] * D2 + (steeper * (D2 @ u))[:, None] * D
+        found: Array = by_u[1:-1, 1:-1].copy()
+        if self.layer.force:
+            found -= np.outer(by_u[1:-1, -1], D[-1, 1:-1] / D[-1, -1])
+        return found
+
+
+@dataclass(frozen=True)
+class Profile:
+    """u (n,) of a layer at the points of Chebyshev, in the scale of its height."""
+
+    u: Array
+
+    def at(self, Y: Array) -> tuple[Array, Array]:
+        """u and the stretch at places Y (k,) of 0 to 1: interpolated by the polynomial itself."""
+        n = len(self.u)
+        points, D = chebyshev(n)
+        weights = np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 0.5, 1.0) * (-1.0) ** np.arange(n)
+        off = Y[:, None] - points
+        hit = np.abs(off) < 1e-14
+        terms = weights / np.where(hit, 1.0, off)
+        rows = np.where(hit.any(axis=1, keepdims=True), hit.astype(float), terms)
+        rows /= rows.sum(axis=1, keepdims=True)
+        return rows @ self.u, rows @ (1.0 + D @ self.u)
+
+
+@lru_cache(maxsize=KEPT)
+def history(layer: Layer, which: int, breaks: tuple[float, ...]) -> Profile:
+    """The state of a layer at the last of `breaks` (s, ascending from 0), by going on from the one before.
+
+    Raises NotSolved.
+    """
+    from scipy.integrate import solve_ivp
+
+    own, tolerance = Collocated(layer, POINTS[which]), TOLERANCES[which]
+    if len(breaks) < 2:
+        return Profile(own.whole(breaks[-1], np.zeros(own.count - 2)))
+    before = history(layer, which, breaks[:-1])
+    begin, end = breaks[-2:]
+    inside = 0.5 * (begin + end)
+
+    def inwards(t: float) -> float:  # at a jump the course is that of the side on which the integration is
+        return min(max(t, math.nextafter(begin, inside)), math.nextafter(end, inside))
+
+    def known(t: float, values: Array) -> Array:
+        if not np.isfinite(values).all():
+            raise NotSolved(f"at {t:.6g} s no pores are left at the open end, or its law knows no such stretch", (t,))
+        return values
+
+    with np.errstate(all="ignore"):
+        found = solve_ivp(
+            lambda t, y: own.rate(inwards(t), y), (begin, end), before.u[1:-1], method="Radau", rtol=tolerance,
+            jac=lambda t, y: known(t, own.jacobian(inwards(t), y)), atol=0.1 * tolerance * layer.size,
+        )  # fmt: skip
+    if found.status != 0:
+        raise NotSolved(f"the column is not followed beyond {found.t[-1]:.6g} s: {found.message}", (begin, end))
+    return Profile(own.whole(end, known(end, found.y[:, -1])))
+
+
+@dataclass(frozen=True)
+class PressedColumn(Upright):
+    """A column of one skeleton, one end held along the axis and the other moved or pressed, far. SI units.
+
+    `amount` is of its driven end along the axis, m, or its nominal stress, Pa; `times` those at which it is looked at,
+    up to `now`. Raises Refused where its law gives way in confined compression, or it is moved at once.
+    """
+
+    skeleton: Skeleton
+    permeability: Permeability
+    force: bool
+    amount: float
+    driven: Driven
+    now: float  # s
+    times: tuple[float, ...] = ()  # s
+
+    def __post_init__(self) -> None:
+        if not self.force and any(size for _, size in self.driven.jumps):
+            raise Refused("its end is moved at once", "what lies there would have no thickness: `course = ramp(...)`")
+
+    @cached_property
+    def layer(self) -> Layer:
+        """What is solved: all of it, or one of two alike."""
+        amount = self.amount if self.force else self.amount / self.length
+        course = Driven(tuple(self.driven.jumps), tuple(self.driven.swings))  # that solutions are remembered by
+        return Layer(self.way, self.skeleton, self.permeability, self.force, amount, course)
+
+    def profile(self, which: int = 1) -> Profile:
+        """Its state now, of the coarser solution or the finer."""
+        ends = {at for s in self.driven.swings for at in (s.begin, s.end)} | {at for at, _ in self.driven.jumps}
+        breaks = sorted({0.0, self.now, *(t for t in (*ends, *self.times) if 0.0 < t < self.now)})
+        return history(self.layer, which, tuple(breaks))
+
+    def _at(self, y: Array, which: int = 1) -> tuple[Array, Array]:
+        """What `_outward` says (k,), m, and the stretches there (k,)."""
+        u, J = self.profile(which).at(np.clip(y / self.way, 0.0, 1.0))
+        return self.way * u, J
+
+    def _outward(self, y: Array) -> Array:
+        return self._at(y)[0]
+
+    def pressure(self, X: Array) -> Array:
+        """Of the fluid at points X (n, 3) (n,), Pa."""
+        y, _, _ = self._folded(X)
+        _, J = self._at(y)
+        found: Array = self.skeleton.stress(J) - self._total()
+        return found
+
+    def _total(self, which: int = 1) -> float:
+        """What skeleton and fluid carry together, Pa: what the skeleton does at the open end."""
+        if self.force:
+            return self.amount * self.driven.left(0.0, self.now)
+        _, J = self._at(np.array([self.way]), which)
+        return float(self.skeleton.stress(J)[0])
+
+    @property
+    def pull(self) -> float:
+        """The force on its driven end now, N, along the axis."""
+        return self.area * self._total()
+
+    @cached_property
+    def estimated_error(self) -> float:
+        """Of a displacement, m: how far a coarser solution, of a coarser integration in time, is from this."""
+        y = np.linspace(0.0, self.way, 33)
+        apart = float(np.abs(self._at(y)[0] - self._at(y, 0)[0]).max())
+        return apart * (2.0 if self.drains == "both" else 1.0) + ROUNDING * self.length
+
+    @property
+    def pull_error(self) -> float:
+        """Of the force, N, in the same way."""
+        return self.area * abs(self._total() - self._total(0))
+
+
+@dataclass(frozen=True)
+class Confined(Reference):
+    """A porous column that is pressed far and cannot widen, by one-dimensional equations of finite strain.
+
+    u_t = k(J)/J dP(J)/dX with J = 1 + u_X: the fluid that leaves is what the column loses, P is the stress of the
+    drained skeleton in confined compression and k constant or that of Holmes and Mow. Solved at points of Chebyshev and
+    by Radau's method in time; its error is how far a coarser solution is from it. Travel by any course of ramps, smooth
+    ones, swings and tables, or a traction, also at once. It takes what `terzaghi` does, of `neo_hookean`,
+    `neo_hookean_isochoric`, `stable_neo_hookean`, `st_venant_kirchhoff` or rubber with a bulk modulus (`mooney_rivlin`,
+    `ogden`, `yeoh`, `gent`, `fung`, `veronda_westmann`, `arruda_boyce`). Metrics `displacement`, `force`,
+    `pore_pressure` and `outflow` may be held against it.
+    Source: Holmes 1986, J. Biomech. Eng. 108:372; Holmes and Mow 1990, J. Biomech. 23:1145; Trefethen 2000, "Spectral
+    Methods in MATLAB", chapter 6.
+    """
+
+    body: Annotated[Any, "body", "the column"]
+
+    about: ClassVar[About] = "pressed_column"
+    with_forces: ClassVar[bool] = True
+    means: ClassVar[str] = "collocation in one dimension"
+    source: ClassVar[str] = "Holmes 1986, J. Biomech. Eng. 108:372; Holmes and Mow 1990, J. Biomech. 23:1145"
+    error_meaning: ClassVar[str] = "distance from a coarser solution, of the displacement, m"
+
+    def solve(self, column: PressedColumn) -> PressedColumn:
+        """What it says; it is integrated at once. Raises NotSolved, also where two solutions differ by much."""
+        away, off = column.estimated_error, column.pull_error
+        if away > SURE * abs(column.travel) or off > SURE * abs(column.pull):
+            raise NotSolved("two solutions are too far apart: its layer at the open end is too thin", (away, off))
+        return column

@@ -1,0 +1,177 @@
+"""Tables of numbers in CSV files: named columns, each defect with its line, its column and what to do.
+
+Lines before the header are titles and are not read; the header is the first line that names all columns that are asked
+for. Columns are separated by commas, semicolons or tabs. A first row with units under them, `(s),(N)`, and no number is
+read as such, and said. Everything else must be a number: nothing is skipped, guessed or filled in. No numpy: a table is
+looked at when a scene is checked.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from softmark.records import dataclass
+from softmark.references.measured_data import Unreadable
+from softmark.safe_files import read_regular
+
+SEPARATORS = (",", ";", "\t")
+BEFORE = 1000  # lines, among which the header is looked for
+SHOWN = 12  # columns that a message lists
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")  # float() reads more: 1_000, nan, infinity
+COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")  # a number with a decimal comma
+LARGEST = 1e30  # what quantities of a scene are as well
+_PART = r"(?:[^\W\d_]|[%°])+\.?(?:(?:\^|\*\*)?-?\d)?"
+_UNIT = rf"(?:1/)?{_PART}(?:[*/·. ]{_PART})*"  # `kN/m^2`, `°C`, `Sekunden`
+UNIT = re.compile(rf"{_UNIT}|\( ?(?:{_UNIT}|[-1]) ?\)|\[ ?(?:{_UNIT}|[-1]) ?\]")
+NO_UNIT = ("", "-", "\N{EN DASH}")  # of a column of plain numbers, beside others that have one
+MISSING = frozenset((  # numbers that are none
+    "na", "n/a", "n.a", "n.a.", "nd", "n.d", "n.d.", "nan", "inf", "infinity", "nil", "none", "null", "missing",
+    "empty", "void", "no", "x", "keine", "fehlt",
+))  # fmt: skip
+
+Row = tuple[int, list[str]]  # the number of its line, and its fields
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns that were asked for: numbers by name, and the line of each row."""
+
+    name: str  # of the file
+    numbers: dict[str, tuple[float, ...]]
+    lines: tuple[int, ...]
+    notes: tuple[str, ...] = ()  # what was read as units
+
+
+def columns(file: Path, asked: Sequence[str]) -> Columns:
+    """The columns of a file that are called so. Raises Unreadable with the place."""
+    text = _text(file)
+    separator, header, rows = _found(file.name, text, list(dict.fromkeys(asked)))
+    places = {name: _place(file.name, header, name) for name in asked}
+    filled = [row for row in rows if any(row[1])]
+    notes: tuple[str, ...] = ()
+    if filled and _has_units([_field(filled[0], i) for i in places.values()], filled[0][1]):
+        (line, fields), filled = filled[0], filled[1:]
+        units = ", ".join(f"`{_field((line, fields), i)}`" for i in places.values())
+        notes = (f"line {line}, {units}, is no row of numbers and is read as units",)
+    if not filled:
+        raise Unreadable(file.name, "it has no rows of numbers below its header", "give one row for each point")
+    for row in filled:
+        _whole(file.name, row, header, separator)
+    numbers = {name: tuple(_number(file.name, row, name, i) for row in filled) for name, i in places.items()}
+    return Columns(file.name, numbers, tuple(line for line, _ in filled), notes)
+
+
+def header(file: Path) -> tuple[str, ...]:
+    """What seem to be the names of a file's columns. Raises Unreadable where there are none."""
+    text = "".join(_text(file).splitlines(keepends=True)[:BEFORE])
+    likely = max((_header(_rows(file.name, text, separator)) for separator in SEPARATORS), key=len)
+    if likely and all(map(COMMA.fullmatch, likely)):
+        remedy = f"the decimal sign is a point: `{likely[0].replace(',', '.')}`"
+        raise Unreadable(file.name, f"its numbers have commas: `{likely[0]}`", remedy)
+    if not likely:
+        raise Unreadable(file.name, "it names no columns", "the line above its numbers must name the columns")
+    return tuple(likely)
+
+
+def _text(file: Path) -> str:
+    try:
+        text = read_regular(file).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise Unreadable(file.name, "it is no text in UTF-8", "save it as CSV in UTF-8") from None
+    except OSError as error:
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "give a CSV file in UTF-8") from None
+    if "\0" in text:
+        raise Unreadable(file.name, "it is no text", "save it as CSV in UTF-8")
+    return text
+
+
+def _found(name: str, text: str, asked: list[str]) -> tuple[str, list[str], list[Row]]:
+    """The separator, the header and the rows below it."""
+    likely: list[str] = []
+    for separator in SEPARATORS:
+        rows = _rows(name, text, separator, BEFORE)
+        at = next((i for i, (_, fields) in enumerate(rows) if set(asked) <= set(fields)), None)
+        if at is not None:
+            return separator, rows[at][1], _rows(name, text, separator)[at + 1 :]
+        likely = max(likely, _header(rows), key=len)
+    lacking = next((column for column in asked if column not in likely), asked[0])
+    listed = ", ".join(f"`{c}`" for c in likely[:SHOWN]) + (" and others" if len(likely) > SHOWN else "")
+    help = f"its columns are {listed}" if likely else "the line above its numbers must name the columns"
+    raise Unreadable(name, f"it has no column `{lacking}`", help)
+
+
+def _rows(name: str, text: str, separator: str, most: int | None = None) -> list[Row]:
+    """The rows that are not empty, of all lines or of the first so many."""
+    import csv
+
+    reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
+    try:
+        begins, rows = 1, []
+        for fields in reader:
+            if most is not None and reader.line_num > most:
+                break
+            if any(fields):
+                rows.append((begins, [field.strip() for field in fields]))
+            begins = reader.line_num + 1  # a row goes over several lines where a quote is not closed
+        return rows
+    except csv.Error as error:
+        raise Unreadable(name, f"line {reader.line_num} is no row of CSV ({error})", "save it as CSV") from None
+
+
+def _header(rows: list[Row]) -> list[str]:
+    """What seems to be the header: the last line of several words above the first row of several numbers."""
+    known: list[str] = []
+    for _, fields in rows:
+        filled = [field for field in fields if field]
+        if sum(bool(NUMBER.fullmatch(field)) for field in filled) > 1:
+            break
+        known = filled if len(filled) > 1 else known
+    return known
+
+
+def _has_units(asked: list[str], row: list[str]) -> bool:
+    """Whether a row has units: under the columns that are asked for, or under others where it has nothing there."""
+    fields = next((known for known in (asked, row) if any(f not in NO_UNIT for f in known)), [])
+    given = [field for field in fields if field not in NO_UNIT]
+    return bool(given) and all(UNIT.fullmatch(f) and f.strip("()[] ").lower() not in MISSING for f in given)
+
+
+def _place(name: str, header: list[str], column: str) -> int:
+    if header.count(column) > 1:
+        numbers = ", ".join(str(i + 1) for i, text in enumerate(header) if text == column)
+        raise Unreadable(name, f"several columns are called `{column}`: number {numbers}", "give each its own name")
+    return header.index(column)
+
+
+def _field(row: Row, i: int) -> str:
+    return row[1][i] if i < len(row[1]) else ""
+
+
+def _whole(name: str, row: Row, header: list[str], separator: str) -> None:
+    """Raises Unreadable of a row with more fields than its header, as decimal commas make them."""
+    line, fields = row
+    if any(fields[len(header) :]):
+        count = f"line {line} has {len(fields)} fields, its header {len(header)}"
+        comma = "; the decimal sign is a point" if separator == "," else ""
+        raise Unreadable(name, count, f"give each row as many fields as the header{comma}")
+
+
+def _number(name: str, row: Row, column: str, i: int) -> float:
+    """A field as a number. Raises Unreadable."""
+    line, text = row[0], _field(row, i)
+    at = f"line {line}, column `{column}`"
+    if not text:
+        raise Unreadable(name, f"{at}: there is no number", "give one, or leave the row out")
+    if not NUMBER.fullmatch(text):
+        comma = COMMA.fullmatch(text)
+        apart = re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+\.\d*([eE][+-]?\d+)?", text)
+        help = f"the decimal sign is a point: `{text.replace(',', '.')}`" if comma else "leave the row out"
+        help = f"nothing stands between thousands: `{text.replace(',', '')}`" if apart else help
+        raise Unreadable(name, f"{at}: `{text[:40]}` is no number", help)
+    value = float(text)
+    if not math.isfinite(value) or abs(value) > LARGEST:
+        raise Unreadable(name, f"{at}: `{text[:40]}` is too large", f"numbers of a table are below {LARGEST:g}")
+    return value

@@ -1,0 +1,105 @@
+"""What diffuses, by its modes: quantities that follow a course by a lasting part and by terms that decay."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.references.elastica_collocation import NotSolved
+from softmark.references.prony import Driven
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+GONE = 45.0  # exp(-45) is 3e-20: what has decayed by more is nothing
+LEAST, MOST = 1_000, 20_000  # modes: a ramp takes the first, 2e-8 of the time of diffusion after a jump the second
+AT_ONCE = 1e-12  # of the time: a jump that is nearer is now
+
+
+def left(driven: Driven, rates: Array, t: float) -> Array:
+    """int exp(-rate (t - s)) dc(s) of a course up to time t for rates (n,), 1/s: (n,); jumps at t are among it."""
+    found = np.zeros(len(rates))
+    for at, size in driven.jumps:
+        if at <= t:
+            found += size * np.exp(-rates * (t - at))
+    for swing in driven.swings:
+        passed = min(swing.end, t) - swing.begin
+        if passed > 0.0:
+            p = rates + 1j * swing.w
+            late = np.exp(-rates * (t - swing.begin - passed) + 1j * swing.w * passed)
+            found += (swing.a * late * -np.expm1(-p * passed) / p).real
+    return found
+
+
+def sharpest(driven: Driven, t: float) -> float:
+    """How long ago the last jump before t was, s; 0 where one is now; infinite of a course without any."""
+    ages = [t - at for at, size in driven.jumps if size and at <= t]
+    return min((0.0 if age <= AT_ONCE * t else age for age in ages), default=math.inf)
+
+
+def slope(driven: Driven, t: float) -> float:
+    """How fast the course grows just before t, 1/s, but for jumps."""
+    return sum((s.a * cmath.exp(1j * s.w * (t - s.begin))).real for s in driven.swings if s.begin < t <= s.end)
+
+
+def since(driven: Driven, t: float, kinks: bool) -> float:
+    """How long ago the last jump before t was, s, or the last kink, where `kinks` count; 0 of a jump that is now."""
+    age = sharpest(driven, t)
+    breaks = [at for swing in driven.swings for at in (swing.begin, swing.end)] if kinks else []
+    return min([age, *(t - at for at in breaks if t - at > AT_ONCE * t)])
+
+
+def enough(driven: Driven, t: float, scale: float, kinks: bool = False) -> int:
+    """How many modes, their rates near (pi n)^2 / scale (s), tell everything at time t; after `kinks` too."""
+    age = since(driven, t, kinks)
+    if age == 0.0:
+        return MOST
+    return int(min(MOST, max(LEAST, math.sqrt(GONE * scale / age) / math.pi + 2.0)))
+
+
+def must_be_told(driven: Driven, t: float, scale: float, moved: bool = False) -> None:
+    """Raises NotSolved where modes do not tell the answer: too soon after a jump, or of the force just at one."""
+    age = since(driven, t, moved)
+    if age == 0.0 and moved:
+        raise NotSolved("it is moved at once, and just then the force is infinite: look at it later", (t,))
+    soonest = GONE * scale / (math.pi * (MOST - 2)) ** 2
+    if 0.0 < age < soonest:
+        why = f"{age:.3g} s after its course jumps fluid has left a layer of a ten-thousandth alone, or less"
+        raise NotSolved(f"{why}: the sum over modes tells it from {soonest:.3g} s on", (t,))
+
+
+@dataclass(frozen=True)
+class Followed:
+    """How (k,) quantities follow a course: lasting c(t) + sum over n of shares left_n(t), and at once of a jump.
+
+    Modes beyond the last are nothing but of a jump that is now: with them it comes to `at_once`. Where shares do not
+    fall, these modes follow a slope without delay: `moments` are the sums of all shares by their rates, s.
+    """
+
+    lasting: Array  # (k,)
+    shares: Array  # (k, n)
+    at_once: Array  # (k,)
+    moments: Array | None = None  # (k,)
+
+    def at(self, driven: Driven, rates: Array, t: float) -> Array:
+        """At time t, s (k,)."""
+        now = sum(size for at, size in driven.jumps if abs(t - at) <= AT_ONCE * t)
+        rest = self.at_once - self.lasting - self.shares.sum(axis=1)
+        found: Array = self.lasting * driven.left(0.0, t) + self.shares @ left(driven, rates, t)
+        if self.moments is not None:
+            found += slope(driven, t) * (self.moments - (self.shares / rates).sum(axis=1))
+        return found + now * rest if now else found
+
+    def missed(self, driven: Driven, rates: Array, t: float) -> float:
+        """What modes beyond the last may come to, at most: their shares fall at least as fast as 1/n."""
+        before = Driven([(at, size) for at, size in driven.jumps if abs(t - at) > AT_ONCE * t], driven.swings)
+        last = np.abs(self.shares[:, -20:]).max(initial=0.0)
+        own = left(before, rates[-1:], t)[0] - (slope(driven, t) / rates[-1] if self.moments is not None else 0.0)
+        return float(last * len(rates) * abs(own))

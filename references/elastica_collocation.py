@@ -1,0 +1,185 @@
+"""The slope of a bent rod, by Chebyshev collocation of its integral equation.
+
+In the scale of the length, s in [0, 1], a clamped rod under dead weight obeys
+
+    phi'' = -g(s, phi),   phi(0) = 0,   phi'(1) = 0,
+
+which is phi(s) = integral of min(s, t) g(t, phi(t)) dt: the second integral is taken before the equation is
+collocated, so the matrix stays as well conditioned as the rod itself, and rounding costs a few ulps where
+second derivatives would cost n^4 of them (Greengard 1991, SIAM J. Numer. Anal. 28:1071).
+
+Newton starts from phi = pi/2, a rod that hangs. Where g is concave in phi on [0, pi/2] and zero at pi/2,
+every tangent lies above g, so every iterate lies above the solution and below the last: Newton converges for
+any load and needs no continuation. Where g falls with phi, the energy is convex and [0, pi/2] holds no second
+solution; a rod that curls back may have others, which a beam loaded from straight does not reach.
+
+To add a rod, write a class with the members of `Rod`.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Protocol
+
+from softmark.records import dataclass
+from softmark.references.beam_centre_line import CentreLine
+from softmark.references.straight_cantilever import Cantilever
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+ACCURACY = 1e-10
+"""Largest change between two resolutions, relative to the largest value, that counts as solved."""
+
+RESOLUTIONS = (16, 32, 64, 128, 256, 512)
+NEWTON_STEPS = 60
+SMALLEST = 1e-300  # rad: a first iterate may round to zero under a load of nothing
+
+
+class NotSolved(Exception):
+    """The accuracy was not reached. `history` holds the relative changes in the order they were seen."""
+
+    def __init__(self, message: str, history: tuple[float, ...]) -> None:
+        super().__init__(message)
+        self.history = history
+
+
+class PlanarRod(Protocol):
+    """A planar rod in the scale of its length: s in [0, 1], phi (n,) from the axis towards gravity, rad."""
+
+    def bending(self, s: Array, phi: Array) -> Array:
+        """g = -phi'', the moment that the weight outboard of s adds per length."""
+
+    def bending_slope(self, s: Array, phi: Array) -> Array:
+        """dg/dphi."""
+
+    def strain(self, s: Array, phi: Array) -> tuple[Array, Array]:
+        """x' - 1 and y': the rates of the displacements along the axis and along gravity."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Chebyshev points of [0, 1] and the operators on values at them."""
+
+    s: Array  # (n,)
+    coefficients: Array  # (n, n): values to Chebyshev coefficients
+    G: Array  # (n, n): values of g to values of phi, the integral of min(s, t) g(t)
+
+
+@dataclass(frozen=True)
+class RodShape:
+    """A solution on one grid: Chebyshev coefficients over [0, 1], all in the scale of the length."""
+
+    phi: Array  # (n + 2,)
+    curvature: Array  # (n + 1,), phi'
+    axial: Array  # (n + 1,)
+    transverse: Array  # (n + 1,)
+
+    def at(self, s: Array) -> Array:
+        """Rotation and both displacements at the stations s (m,): (3, m)."""
+        z = 2 * s - 1
+        return np.stack([_value(z, c) for c in (self.phi, self.axial, self.transverse)])
+
+
+def bend(rod: PlanarRod, cantilever: Cantilever) -> CentreLine:
+    """The centre line of `cantilever` where it obeys the equations of `rod`.
+
+    The resolution doubles until rotation and displacements change by less than ACCURACY, relative. The
+    estimated error is that last change plus rounding: the change is the error of the coarser solution, and
+    the finer is returned. Raises NotSolved.
+    """
+    shape = _shape(rod, RESOLUTIONS[0])
+    changes: list[float] = []
+    for n in RESOLUTIONS[1:]:
+        finer = _shape(rod, n)
+        change, size = _change(shape, finer)
+        changes.append(change / size)
+        if changes[-1] <= ACCURACY:
+            _between_axis_and_gravity(finer, changes)
+            return _centre_line(finer, cantilever, change + 64 * float(np.finfo(float).eps) * size)
+        shape = finer
+    raise NotSolved(
+        f"{RESOLUTIONS[-1]} Chebyshev points leave a relative change of {changes[-1]:.1e}, above "
+        f"{ACCURACY:.0e}: the load parameter {cantilever.load_parameter:.3g} bends the root too sharply",
+        tuple(changes),
+    )
+
+
+def _shape(rod: PlanarRod, n: int) -> RodShape:
+    grid = _grid(n)
+    phi = _newton(rod, grid)
+    curvature = _moment(grid.coefficients @ rod.bending(grid.s, phi))
+    axial, transverse = (_from_root(grid.coefficients @ rate) for rate in rod.strain(grid.s, phi))
+    return RodShape(_from_root(curvature), curvature, axial, transverse)
+
+
+def _newton(rod: PlanarRod, grid: Grid) -> Array:
+    phi = np.full(len(grid.s), np.pi / 2)
+    steps: list[float] = []
+    for _ in range(NEWTON_STEPS):
+        residual = phi - grid.G @ rod.bending(grid.s, phi)
+        J = np.eye(len(phi)) - grid.G * rod.bending_slope(grid.s, phi)  # (n, n)
+        step: Array = np.asarray(np.linalg.solve(J, residual), dtype=float)
+        phi = phi - step
+        steps.append(float(np.abs(step).max()) / max(float(np.abs(phi).max()), SMALLEST))
+        if steps[-1] <= 1e-8:  # the next step would be its square, below rounding
+            return phi
+    raise NotSolved(f"Newton's method took {NEWTON_STEPS} steps without settling", tuple(steps))
+
+
+def _between_axis_and_gravity(shape: RodShape, changes: list[float]) -> None:
+    """Hold the result to the range in which the solution is unique; a coarse grid may overshoot it."""
+    phi = _value(np.linspace(-1, 1, 401), shape.phi)
+    if phi.min() < -ACCURACY or phi.max() > np.pi / 2 + ACCURACY:
+        raise NotSolved("the rotation leaves the range from the axis to gravity", tuple(changes))
+
+
+@lru_cache(maxsize=len(RESOLUTIONS))
+def _grid(n: int) -> Grid:
+    z = -np.cos(np.pi * (np.arange(n) + 0.5) / n)
+    T = np.polynomial.chebyshev.chebvander(z, n - 1)  # (n, n)
+    coefficients = T.T * np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] / n  # discrete orthogonality
+    G = _value(z, _from_root(_moment(coefficients))).T
+    return Grid((1 + z) / 2, coefficients, G)
+
+
+def _moment(g: Array) -> Array:
+    """The integral of the series g from s to 1."""
+    return -np.asarray(np.polynomial.chebyshev.chebint(g, lbnd=1, scl=0.5), dtype=float)
+
+
+def _from_root(rate: Array) -> Array:
+    """The integral of the series `rate` from 0 to s."""
+    return np.asarray(np.polynomial.chebyshev.chebint(rate, lbnd=-1, scl=0.5), dtype=float)
+
+
+def _value(z: Array, series: Array) -> Array:
+    return np.asarray(np.polynomial.chebyshev.chebval(z, series), dtype=float)
+
+
+def _change(coarse: RodShape, fine: RodShape) -> tuple[float, float]:
+    """Largest difference between two shapes, and largest value, in the scale of the length."""
+    s = (1 - np.cos(np.linspace(0, np.pi, 401))) / 2  # denser at the ends, where a stiff load bends the rod
+    values = fine.at(s)
+    return float(np.abs(coarse.at(s) - values).max()), float(np.abs(values).max())
+
+
+def _centre_line(shape: RodShape, cantilever: Cantilever, error: float) -> CentreLine:
+    L = cantilever.length
+
+    def along(series: Array, scale: float) -> np.polynomial.Chebyshev:
+        return np.polynomial.Chebyshev(scale * series, domain=[0, L])
+
+    return CentreLine(
+        cantilever,
+        axial=along(shape.axial, L),
+        transverse=along(shape.transverse, L),
+        rotation=along(shape.phi, 1.0),
+        root_curvature=float(_value(np.array([-1.0]), shape.curvature)[0]) / L,
+        estimated_error=error * L,
+    )

@@ -1,0 +1,315 @@
+"""A half-space that a rigid body of revolution presses without friction, at every point of it.
+
+By Green's and Collins's complex potential (Barber 2010, Elasticity, ch. 30): with zeta = z + i t, z into the body,
+
+    dphi/dz = Re int_0^a g(t) / sqrt(r^2 + zeta^2) dt,    g(t) = -(E*/pi) (d - c t^n),    E* = E / (1 - nu^2),
+    2 G u_z = -2 (1 - nu) dphi/dz + z d2phi/dz2,    2 G u_r = (1 - 2 nu) dphi/dr + z d2phi/drdz,
+    p = d2phi/dz2 where z = 0,
+
+where c t^n is t^2/R of a sphere, t pi/(2 tan(angle)) of a cone and 0 of a flat punch: integrals that are elementary.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.references.beam_centre_line import points_of
+from softmark.references.straight_cantilever import Refused, Vector
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.references.layer_integral_equation import Layer
+
+    Array = NDArray[np.float64]
+    Complex = NDArray[np.complexfloating]
+else:
+    from softmark.references.lazy_imports import np
+
+ON_AXIS = 1e-5  # of the radius of contact: nearer to the axis nothing moves across it, to rounding
+ROUNDING = 1e-13  # relative, of a displacement
+
+
+@dataclass(frozen=True)
+class Tip:
+    """The end of a rigid body of revolution: d is c t^n at the edge of contact. `edge` is the radius of a punch, m."""
+
+    power: int  # n
+    rate: float  # c, m^(1-n)
+    edge: float | None = None  # m
+    span: float = math.inf  # m: of a sphere its radius, what the depth is small beside
+    rim: float = 0.0  # m, of a punch: the radius that its edge is rounded by
+    blunt: float = 0.0  # m, of a cone: by how much it ends before the tip that it would have
+
+    @classmethod
+    def sphere(cls, radius: float) -> Tip:
+        """Of a sphere, m, taken for a paraboloid."""
+        _positive("radius", radius)
+        return cls(2, 1.0 / radius, span=radius)
+
+    @classmethod
+    def cone(cls, angle: float, blunt: float = 0.0) -> Tip:
+        """Of a cone by the angle between its axis and its side, rad, and by how much it is `blunt`, m."""
+        if not 0.0 < angle < 0.5 * math.pi:
+            raise Refused(f"the half-angle of the cone is {math.degrees(angle):g} degrees", "it is between 0 and 90")
+        return cls(1, 0.5 * math.pi / math.tan(angle), blunt=blunt)
+
+    @classmethod
+    def punch(cls, radius: float, rim: float = 0.0) -> Tip:
+        """A flat end, m, and the radius that its edge is rounded by, m."""
+        _positive("radius", radius)
+        return cls(0, 0.0, radius, rim=rim)
+
+    def off(self, depth: float) -> dict[str, float]:
+        """By how much, relative, the force may be off for a depth that is not small, and for edges."""
+        found = {"depth": depth / self.span} if math.isfinite(self.span) else {}
+        if self.rim and self.edge:
+            found["rim"] = self.rim / self.edge
+        return found | ({"tip": self.grows * self.blunt / depth} if self.blunt else {})
+
+    @property
+    def grows(self) -> float:
+        """The power of the depth that the force of a half-space grows with."""
+        return 1.0 if self.edge is not None else 1.0 + 1.0 / self.power
+
+    def at(self, t: Array) -> Array:
+        """c t^n, m."""
+        return self.rate * t**self.power
+
+    def radius(self, depth: float) -> float:
+        """Of contact with a half-space, m."""
+        return self.edge if self.edge is not None else float((depth / self.rate) ** (1.0 / self.power))
+
+
+def _positive(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise Refused(f"the {name} is {value:g}", "it must be positive")
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The body about the place that is pressed: what a half-space has not. m; where it ends, and how it is held there.
+
+    `bonded` where the far face is held all over, else it slides without friction.
+    """
+
+    thickness: float = math.inf
+    width: float = math.inf  # from the axis to the nearest free side
+    bonded: bool = True
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """Pressed by a tip to a depth. SI units. Raises Refused where that makes no sense."""
+
+    tip: Tip
+    depth: float  # m, that the tip has moved since it touched
+    young: float  # Pa
+    poisson: float  # 1
+    at: Vector = (0.0, 0.0, 0.0)  # m, where it touched
+    normal: Vector = (0.0, 0.0, 1.0)  # unit vector, out of the body
+    around: Surroundings = Surroundings()
+
+    def __post_init__(self) -> None:
+        _positive("Young's modulus", self.young)
+        if not -1.0 < self.poisson <= 0.5:
+            raise Refused(f"Poisson's ratio is {self.poisson:g}", "it is above -1 and at most 0.5")
+        if not math.isfinite(self.depth):
+            raise Refused("the depth is not finite", "give a finite travel")
+
+    @property
+    def touches(self) -> bool:
+        """Whether there is contact at all."""
+        return self.depth > 0.0
+
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return max(-self.depth, 0.0)
+
+    @property
+    def modulus(self) -> float:
+        """E* = E / (1 - nu^2), Pa: the other body is rigid."""
+        return self.young / (1.0 - self.poisson**2)
+
+    @property
+    def radius(self) -> float:
+        """Of contact, m."""
+        return self.tip.radius(self.depth) if self.touches else 0.0
+
+    @property
+    def area(self) -> float:
+        """Of contact, m^2."""
+        return math.pi * self.radius**2
+
+    @property
+    def push(self) -> float:
+        """The force into the body, N: 2 pi int -g dt."""
+        a, n = self.radius, self.tip.power
+        if not self.touches:
+            return 0.0
+        return 2.0 * self.modulus * (self.depth * a - self.tip.rate * a ** (n + 1) / (n + 1))
+
+    @property
+    def largest_pressure(self) -> float:
+        """Pa: in the middle of a sphere; without limit under the tip of a cone and at the edge of a punch."""
+        if not self.touches:
+            return 0.0
+        return 2.0 * self.modulus * self.tip.rate * self.radius / math.pi if self.tip.power == 2 else math.inf
+
+    @property
+    def energy(self) -> float:
+        """That is stored, J: int F dd."""
+        return self.push * self.depth / (1.0 + self.tip.grows)
+
+    def pressure(self, r: Array) -> Array:
+        """At distances from the axis (n,), m: Pa."""
+        x = np.abs(np.asarray(r, dtype=float)) / (self.radius or 1.0)
+        inside = (x < 1.0) & self.touches
+        y = np.where(inside, x, 0.0)
+        match self.tip.power:
+            case 2:
+                found = self.largest_pressure * np.sqrt(1.0 - y**2)
+            case 1:
+                with np.errstate(divide="ignore"):
+                    found = self.modulus * self.tip.rate / math.pi * np.arccosh(1.0 / y)
+            case _:
+                found = self.modulus * self.depth / (math.pi * self.radius or 1.0) / np.sqrt(1.0 - y**2)
+        return np.where(inside, found, 0.0)
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        from_touch, n = points_of(X) - np.asarray(self.at), np.asarray(self.normal)
+        if not self.touches:
+            return np.zeros_like(from_touch)
+        z = np.maximum(-(from_touch @ n), 0.0)
+        across = from_touch - (from_touch @ n)[:, None] * n
+        r = np.linalg.norm(across, axis=1)
+        outward, inward = self.moved(r, z)
+        way = across / np.where(r > 0.0, r, 1.0)[:, None]
+        found: Array = outward[:, None] * way - inward[:, None] * n
+        return found
+
+    def moved(self, r: Array, z: Array) -> tuple[Array, Array]:
+        """Displacements (n,) away from the axis and into the body, m, at a distance from it and a depth (n,), m."""
+        a, nu, G = self.radius, self.poisson, 0.5 * self.young / (1.0 + self.poisson)
+        share, power = self.modulus / math.pi, self.tip.power
+        near, r = r < ON_AXIS * a, np.maximum(r, ON_AXIS * a)
+        out, into = np.zeros(len(r)), np.zeros(len(r))
+        for n, g in ((0, -share * self.depth), (power, share * self.tip.rate)):
+            by_r, by_z, by_rz, by_zz = potential(n, a, r, z)
+            out += g * ((1.0 - 2.0 * nu) * by_r + z * by_rz) / (2.0 * G)
+            into += g * (-2.0 * (1.0 - nu) * by_z + z * by_zz) / (2.0 * G)
+        return np.where(near, 0.0, out), into
+
+    # ------------------------------------------------------------------ how far the body is from a half-space
+
+    @property
+    def estimated_error(self) -> float:
+        """m: what a half-space moves where the body ends, at least rounding."""
+        if not self.touches:
+            return 0.0
+        return max(ROUNDING * abs(self.depth), self._beneath, self._beside)
+
+    @property
+    def _beneath(self) -> float:
+        """m, what a half-space moves at the far face."""
+        h = self.around.thickness
+        return 0.0 if math.isinf(h) else float(self.moved(np.zeros(1), np.array([h]))[1][0])
+
+    @property
+    def _beside(self) -> float:
+        """m, what a half-space moves at the nearest side of its surface."""
+        w = self.around.width
+        return 0.0 if math.isinf(w) else float(self.moved(np.array([w]), np.zeros(1))[1][0])
+
+    @cached_property
+    def layer(self) -> Layer:
+        """The same as a layer on its far face."""
+        from softmark.references.layer_integral_equation import Layer
+
+        around = self.around
+        return Layer(self.tip, self.depth, self.young, self.poisson, around.thickness, around.bonded)
+
+    @cached_property
+    def off(self) -> dict[str, float]:
+        """By how much, relative, its force may be off for what the theory leaves out.
+
+        `depth`: that it is not small beside the radius of a sphere; `rim` and `tip` that an edge is rounded.
+        `thickness`: by the integral equation of a layer. `sides`: by what a layer moves there, an order of magnitude.
+        """
+        if not self.touches:
+            return {"thickness": 0.0, "sides": 0.0}
+        thickness, beside = 0.0, self._beside
+        if math.isfinite(self.around.thickness):
+            thickness = self.layer.push / self.push - 1.0
+            beside = 0.0 if math.isinf(self.around.width) else abs(self.layer.beside(self.around.width))
+        return {"thickness": thickness, "sides": -self.tip.grows * beside / self.depth, **self.tip.off(self.depth)}
+
+
+@dataclass(frozen=True)
+class SamePlace:
+    """What another theory says of what presses a half-space: it lies where that does. Of displacements it says nothing.
+
+    SI units.
+    """
+
+    pressed: HalfSpace
+
+    @property
+    def at(self) -> Vector:
+        """Where it touched, m."""
+        return self.pressed.at
+
+    @property
+    def gap(self) -> float:
+        """What is left between them, m."""
+        return self.pressed.gap
+
+    displacement = None
+
+
+def potential(n: int, a: float, r: Array, z: Array) -> tuple[Array, Array, Array, Array]:
+    """dphi/dr, dphi/dz, d2phi/drdz and d2phi/dz2 (k,) of g = t^n up to a, n <= 2, at r > 0 and z >= 0 (k,), m."""
+    first, last = z + 0j, z + 1j * a
+    sums = _integrals(n + 1, a, r, z)
+
+    def ends(high: Complex, low: Complex) -> Complex:  # [t^n f]
+        return a**n * high - low if n == 0 else a**n * high
+
+    s0, s1 = (_root(r, zeta) for zeta in (first, last))
+    with_zeta = [z * sums[k] + 1j * sums[k + 1] for k in range(n + 1)]
+    by_r: Array = (a ** (n + 1) / (n + 1) - with_zeta[n].real) / r
+    by_zz = -1j * ends(1.0 / s1, 1.0 / s0)
+    by_rz = 1j * ends(last / (r * s1), first / (r * s0))
+    if n:
+        by_zz = by_zz + 1j * n * sums[n - 1]
+        by_rz = by_rz - 1j * n * with_zeta[n - 1] / r
+    by_z: Array = np.asarray(sums[n].real, dtype=np.float64)
+    rz: Array = np.asarray(by_rz.real, dtype=np.float64)
+    zz: Array = np.asarray(by_zz.real, dtype=np.float64)
+    return by_r, by_z, rz, zz
+
+
+def _root(r: Array, zeta: Complex) -> Complex:
+    """sqrt(r^2 + zeta^2), with the branch that is r at zeta = 0; never 0."""
+    found = np.sqrt(r**2 + zeta**2 + 0j)
+    return np.where(np.abs(found) < 1e-12 * r, 1e-12 * r, found)
+
+
+def _integrals(most: int, a: float, r: Array, z: Array) -> list[Complex]:
+    """int_0^a t^n / sqrt(r^2 + (z + i t)^2) dt for n = 0 to most (k,): binomials of those of zeta^n, elementary."""
+    ends = []
+    for zeta in (z + 0j, z + 1j * a):
+        s = _root(r, zeta)
+        log = np.log(zeta + s)
+        ends.append([log, s, 0.5 * (zeta * s - r**2 * log), s**3 / 3.0 - r**2 * s])
+    whole = [last - first for first, last in zip(*ends, strict=True)]
+    return [
+        (-1j) ** (n + 1) * sum(math.comb(n, k) * (-z) ** (n - k) * whole[k] for k in range(n + 1))
+        for n in range(most + 1)
+    ]

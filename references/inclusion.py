@@ -1,0 +1,308 @@
+"""A round core, or a hole, in the middle of a round body under uniform stress from afar: a closed form of any size.
+
+What pulls at the border of radius b is that of a uniform stress T, the tractions T n. With b infinite these are the
+sphere of Goodier (1933) and Eshelby (1957) and the hole of Kirsch (1898). With b finite the same functions of the
+radius meet two more conditions, so that a body of finite size has an exact solution as well, and what its size makes is
+a number. In `n` dimensions, 2 or 3, with m = tr T / n and S = T - m I, q = x.S x and r in units of the core's radius:
+
+    u = P x / (n lam + 2 mu) + C x / r^n   of the mean m,       u = F(r) S x + G(r) q x   of the deviator S,
+    F = sum c f r^p, G = sum c g r^(p - 2)   over p in 2, 0, -n, -n - 2, of which a core has the first two
+
+with (f, g) that Navier's equation (1 - 2 nu) lap u + grad div u = 0 leaves for each p (`_modes`). The coefficients c
+are those that make displacements and tractions continuous at the core and the latter T n at the border.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.references.beam_centre_line import points_of
+from softmark.references.straight_cantilever import Refused
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+ROUNDING = 16.0 * 2.0**-52  # relative, of a displacement, where equations are well-conditioned
+ALONG = 1e-9  # of the core's radius: points that near its border are on it
+Mode = tuple[int, float, float, float]  # p, f, g and lam (p f + (p + n) g) / mu
+
+
+@dataclass(frozen=True)
+class Hookean:
+    """A linear elastic solid; in plane stress its Poisson's ratio in the plane, nu / (1 + nu), is given."""
+
+    shear_modulus: float  # Pa
+    poisson: float  # 1
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.shear_modulus) and self.shear_modulus > 0.0):
+            raise Refused(f"a shear modulus of {self.shear_modulus:g} Pa", "it must be positive")
+        if not -1.0 < self.poisson <= 0.5:
+            raise Refused(f"a Poisson's ratio of {self.poisson:g}", "it lies between -1 and 0.5")
+
+    def softness(self, n: int) -> float:
+        """1 / (n lam + 2 mu), 1/Pa: 0 where the volume cannot change."""
+        return (1.0 - 2.0 * self.poisson) / (2.0 * self.shear_modulus * (1.0 + (n - 2) * self.poisson))
+
+
+def _modes(n: int, nu: float) -> tuple[Mode, Mode, Mode, Mode]:
+    """For p = 2, 0, -n and -n - 2: two that are finite in the middle and two that vanish far away."""
+    k = 1.0 - 2.0 * nu
+    grown = (2.0 * k + 2.0 + n, -k * (2.0 + n) - 2.0)
+    return (
+        (2, *grown, -2.0 * nu * ((2 + n) * grown[0] + 2.0 * grown[1])),
+        (0, 1.0, 0.0, 0.0),
+        (-n, 2.0 * k, float(n), -4.0 * n * nu),
+        (-n - 2, 2.0, -float(n + 2), 0.0),
+    )
+
+
+@dataclass(frozen=True)
+class RoundCore:
+    """A sphere (n = 3) or a slice across a cylinder (n = 2) with a core or a hole, linear elastic. SI units.
+
+    Raises Refused where there is no such body.
+    """
+
+    n: int
+    core: Hookean | None  # None of a hole
+    matrix: Hookean
+    inner: float  # m, radius of the core
+    outer: float  # m, radius of the body; infinite of an unbounded one
+    stress: tuple[float, float, float]  # Pa, from afar: along x, y and z; of a slice along x and y, the third 0
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m
+    thin: float | None = None  # of a slice in plane stress: Poisson's ratio of the solid itself
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.inner < self.outer:
+            raise Refused(f"radii of {self.inner:g} and {self.outer:g} m", "the core is smaller than the body")
+        if not all(map(math.isfinite, self.stress)):
+            raise Refused("the stress from afar is not finite", "give finite tensions")
+
+    # ------------------------------------------------------------------ coefficients
+
+    @property
+    def _mean(self) -> float:
+        return sum(self.stress[: self.n]) / self.n
+
+    @cached_property
+    def _even(self) -> tuple[float, float, float]:
+        """P of the core and of the matrix, Pa, and C of the matrix."""
+        stiff = 2.0 * (self.n - 1) * self.matrix.shear_modulus
+        soft = self.matrix.softness(self.n)
+        if self.core is None:
+            share = 1.0 / stiff
+        else:
+            own = self.core.softness(self.n)
+            share = (own - soft) / (1.0 + stiff * own)
+        matrix = self._mean / (1.0 - stiff * share * (self.inner / self.outer) ** self.n)
+        return matrix * (1.0 - stiff * share), matrix, share * matrix
+
+    @cached_property
+    def _uneven(self) -> tuple[tuple[tuple[float, Mode], ...], tuple[tuple[float, Mode], ...], float]:
+        """c, 1/Pa, with the modes of the core and of the matrix, and by how much rounding is amplified."""
+        n, end = self.n, self.outer / self.inner
+        mine = [] if self.core is None else list(_modes(n, self.core.poisson)[:2])
+        theirs = _modes(n, self.matrix.poisson)
+        known = [] if math.isfinite(end) else [(0.5 / self.matrix.shear_modulus, theirs[1])]
+        sought = [m for m in theirs if m[0] < 0 or not known]
+        rows = [_at(m, self.core, 1.0) for m in mine] + [-_at(m, self.matrix, 1.0) for m in sought]
+        alike = np.array([1.0, 1.0, *[1.0 / self.matrix.shear_modulus] * 2])  # one unit for all rows
+        A = (alike * np.array(rows)).T[0 if mine else 2 :]
+        right = sum((c * alike * _at(m, self.matrix, 1.0) for c, m in known), np.zeros(4))[0 if mine else 2 :]
+        if not known:
+            border = np.zeros((2, A.shape[1]))
+            border[:, len(mine) :] = np.array([_at(m, self.matrix, end)[2:] for m in sought]).T
+            A, right = np.vstack([A, border]), np.append(right, [1.0, 0.0])
+        widths = np.abs(A).max(axis=0)  # with r^p at the border, which is large where that is far
+        heights = np.abs(A / widths).max(axis=1)
+        even = A / heights[:, None] / widths
+        c = (np.linalg.solve(even, right / heights) / widths).tolist()
+        matrix = [*known, *zip(c[len(mine) :], sought, strict=True)]
+        return tuple(zip(c, mine, strict=False)), tuple(matrix), float(np.linalg.cond(even))
+
+    # ------------------------------------------------------------------ fields
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        found = np.zeros((len(points_of(X)), 3))
+        for some, x, inside in self._sides(X):
+            found[some] = self.inner * self._moved(x, inside)
+        return found
+
+    def fields(self, X: Array) -> tuple[Array, Array]:
+        """du/dX and stress, Pa, at points X (n, 3): each (n, 3, 3).
+
+        At the border of the core those of the side with the larger stress.
+        """
+        H, sigma = np.zeros((2, len(points_of(X)), 3, 3))
+        for some, x, inside in self._sides(X):
+            H[some], sigma[some] = self._fields(x, inside)
+        return H, sigma
+
+    def gradient(self, X: Array) -> Array:
+        """The first of these."""
+        return self.fields(X)[0]
+
+    def stress_at(self, X: Array) -> Array:
+        """The second of these."""
+        return self.fields(X)[1]
+
+    def on_border(self, X: Array) -> NDArray[np.bool_]:
+        """Which of points X (n, 3) lie between two materials (n,)."""
+        near: NDArray[np.bool_] = np.abs(np.linalg.norm(self._own(X), axis=1) - 1.0) <= ALONG
+        return near if self.core is not None else np.zeros_like(near)
+
+    @property
+    def estimated_error(self) -> float:
+        """Rounding of a displacement, m."""
+        ends = [self.inner, self.outer if math.isfinite(self.outer) else self.inner]
+        far = np.concatenate([r * np.eye(3)[: self.n] for r in ends]) + np.array(self.centre)
+        return ROUNDING * self._uneven[2] * float(np.abs(self.displacement(far)).max())
+
+    @cached_property
+    def size_matters(self) -> float:
+        """How far stress at the border of the core is from that in an unbounded body, relative to that from afar.
+
+        The largest norm of the difference on both sides of the border, over directions between the axes.
+        """
+        if not math.isfinite(self.outer) or not any(self.stress):
+            return 0.0
+        away, free, most = self._away, replace(self, outer=math.inf), 0.0
+        for inside in self._beside:
+            apart = self._fields(away, inside)[1] - free._fields(away, inside)[1]
+            most = max(most, float(np.linalg.norm(apart, axis=(1, 2)).max()))
+        return most / math.hypot(*self.stress)
+
+    @cached_property
+    def largest_gradient(self) -> float:
+        """The largest norm of du/dX at the border of the core, on both sides, and at that of the body."""
+        ends = [self._fields(self._away, inside)[0] for inside in self._beside]
+        if math.isfinite(self.outer):
+            ends.append(self._fields(self.outer / self.inner * self._away, False)[0])
+        return max(float(np.linalg.norm(H, axis=(1, 2)).max()) for H in ends)
+
+    @property
+    def _beside(self) -> tuple[bool, ...]:
+        """Whether a side of the border of the core is inside: of both, or of a hole the only one."""
+        return (False,) if self.core is None else (False, True)
+
+    @property
+    def _away(self) -> Array:
+        """Unit vectors in directions between the axes (k, 3)."""
+        t = np.linspace(0.0, 0.5 * math.pi, 13)
+        turn, tilt = (a.ravel() for a in np.meshgrid(t, t if self.n == 3 else t[:1]))
+        return np.stack([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)], axis=1)
+
+    def _own(self, X: Array) -> Array:
+        """In units of the core's radius, from the centre, (n, 3): of a slice without z."""
+        x: Array = (points_of(X) - np.array(self.centre)) / self.inner
+        if self.n == 2:
+            x[:, 2] = 0.0
+        return x
+
+    def _sides(self, X: Array) -> Iterator[tuple[NDArray[np.bool_], Array, bool]]:
+        """Which of points X (n, 3) lie in the matrix, and in the core (n,): these, in units of its radius (k, 3)."""
+        x, on = self._own(X), self.on_border(X)
+        within = (np.linalg.norm(x, axis=1) < 1.0) & (self.core is not None)
+        if on.any():
+            outside, inside = (np.linalg.norm(self._fields(x[on], side)[1], axis=(1, 2)) for side in (False, True))
+            within[on] = inside > outside
+        for side in (False, True):
+            some = within == side
+            if some.any():
+                yield some, x[some], side
+
+    @property
+    def _axes(self) -> Array:
+        """1 for every axis of the problem (3,)."""
+        return np.array([1.0, 1.0, float(self.n == 3)])
+
+    def _layer(self, inside: bool) -> tuple[Hookean, float, float, tuple[tuple[float, Mode], ...]]:
+        """The solid, P and C of the mean, and c with the modes of the deviator."""
+        core, matrix, beyond = self._even
+        if inside and self.core is not None:
+            return self.core, core, 0.0, self._uneven[0]
+        return self.matrix, matrix, beyond, self._uneven[1]
+
+    def _moved(self, x: Array, inside: bool) -> Array:
+        """Displacements (k, 3) in units of the core's radius."""
+        solid, P, C, modes = self._layer(inside)
+        S, r = self._deviator, np.linalg.norm(x, axis=1)
+        q = (x**2 @ S)[:, None]
+        u = P * solid.softness(self.n) * x
+        if C:
+            u = u + C * x / r[:, None] ** self.n
+        for c, (p, f, g, _) in modes:
+            u = u + c * f * _power(r, p)[:, None] * S * x
+            if g:
+                u = u + c * g * _power(r, p - 2)[:, None] * q * x
+        found: Array = u
+        return found
+
+    def _fields(self, x: Array, inside: bool) -> tuple[Array, Array]:
+        """du/dX and stress (k, 3, 3), Pa, at points (k, 3) in units of the core's radius."""
+        solid, P, C, modes = self._layer(inside)
+        mu, r, eye = solid.shear_modulus, np.linalg.norm(x, axis=1), np.diag(self._axes)
+        H = np.broadcast_to(P * solid.softness(self.n) * eye, (len(x), 3, 3)).copy()
+        pressed = np.full(len(x), P - 2.0 * mu * P * solid.softness(self.n))  # lam times the change of volume, Pa
+        if C:
+            away = x / r[:, None]
+            H += (C / r**self.n)[:, None, None] * (eye - self.n * away[:, :, None] * away[:, None, :])
+        S = self._deviator
+        q, Sx, xx = x**2 @ S, S * x, x[:, :, None] * x[:, None, :]
+        for c, (p, f, g, grown) in modes:
+            H += c * (f * _power(r, p))[:, None, None] * np.diag(S)
+            if p:
+                H += c * (f * p * _power(r, p - 2))[:, None, None] * Sx[:, :, None] * x[:, None, :]
+            if g:
+                whole = 2.0 * x[:, :, None] * Sx[:, None, :] + q[:, None, None] * eye
+                H += c * (g * _power(r, p - 2))[:, None, None] * whole
+            if g and p != 2:
+                H += c * (g * (p - 2) * q * _power(r, p - 4))[:, None, None] * xx
+            pressed += c * mu * grown * q * _power(r, p - 2) if grown else 0.0
+        sigma = pressed[:, None, None] * eye + mu * (H + H.swapaxes(1, 2))
+        if self.n == 2:
+            self._across(H, sigma, solid)
+        return H, sigma
+
+    def _across(self, H: Array, sigma: Array, solid: Hookean) -> None:
+        """Set strain and stress across a slice: no strain in plane strain, no stress in plane stress."""
+        both = sigma[:, 0, 0] + sigma[:, 1, 1]
+        if self.thin is None:
+            sigma[:, 2, 2] = solid.poisson * both
+        else:
+            H[:, 2, 2] = -self.thin * both / (2.0 * solid.shear_modulus * (1.0 + self.thin))
+
+    @property
+    def _deviator(self) -> Array:
+        """Of the stress from afar, its diagonal (3,), Pa."""
+        found: Array = (np.array(self.stress) - self._mean) * self._axes
+        return found
+
+
+def _power(r: Array, p: int) -> Array:
+    """r^p; 1 of p = 0, in the middle as well."""
+    found: Array = r**p if p else np.ones_like(r)
+    return found
+
+
+def _at(mode: Mode, solid: Hookean | None, r: float) -> Array:
+    """What c = 1 makes at a radius: displacement along S n and along (n.S n) n, and tractions along both, Pa (4,)."""
+    assert solid is not None
+    p, f, g, grown = mode
+    mu = solid.shear_modulus
+    return np.array([
+        r ** (p + 1) * f, r ** (p + 1) * g,
+        mu * r**p * ((2 + p) * f + 2.0 * g), mu * r**p * (grown + p * (f + 2.0 * g)),
+    ])  # fmt: skip

@@ -1,0 +1,171 @@
+"""A layer on a rigid base that a rigid body of revolution presses without friction, of any thickness, in small strain.
+
+What a pressure p moves the surface of a layer, by Hankel's transform, with w = k h,
+
+    u(k) = (2/E*) L(w) p(k) / k;   bonded L = (2 c sinh 2w - 4w) / (2 c cosh 2w + 1 + c^2 + 4w^2), c = 3 - 4 nu,
+                                   sliding L = (cosh 2w - 1) / (sinh 2w + 2w);         a half-space: L = 1,
+
+makes of the shape of the tip Fredholm's equation of the second kind (Lebedev and Ufliand 1958, PMM 22:442; Hayes et al.
+1972, J Biomech 5:541), with the tip's c t^n of `half_space`,
+
+    y(t) - (1/pi) int_0^a y(s) (K(t + s) + K(t - s)) ds = (E*/pi) (d - c t^n),
+    K(x) = int_0^oo (1 - L) cos(w x/h) dw / h,
+
+where y(a) = 0 unless the tip has an edge; the force is 2 pi int y dt.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.references.half_space_indentation import Tip
+from softmark.references.straight_cantilever import Refused
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+POINTS = 32  # of Gauss and Legendre, over the radius of contact
+FARTHEST = 24.0  # w beyond which 1 - L is below rounding
+THINNEST = 6.0  # radius of contact over thickness, up to which the points above are enough
+CLOSEST = 1e-13  # relative, of the radius of contact
+
+
+def stiffened(w: Array, poisson: float, bonded: bool) -> Array:
+    """1 - L (n,), of w > 0 (n,): what the base takes from the displacement of a half-space."""
+    if not bonded:
+        sliding: Array = 1.0 - (np.cosh(2.0 * w) - 1.0) / (np.sinh(2.0 * w) + 2.0 * w)
+        return sliding
+    c = 3.0 - 4.0 * poisson
+    rest = 1.0 + c**2 + 4.0 * w**2
+    found: Array = (2.0 * c * np.exp(-2.0 * w) + rest + 4.0 * w) / (2.0 * c * np.cosh(2.0 * w) + rest)
+    return found
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Pressed by a tip to a depth. SI units. Raises Refused where it is too thin for the radius of contact."""
+
+    tip: Tip
+    depth: float  # m, that the tip has moved since it touched
+    young: float  # Pa
+    poisson: float  # 1
+    thickness: float  # m
+    bonded: bool  # to its base; else it slides on it
+
+    @property
+    def modulus(self) -> float:
+        """E* = E / (1 - nu^2), Pa."""
+        return self.young / (1.0 - self.poisson**2)
+
+    @cached_property
+    def _rule(self) -> tuple[Array, Array]:
+        x, w = np.polynomial.legendre.leggauss(POINTS)
+        return 0.5 * (x + 1.0), 0.5 * w
+
+    @cached_property
+    def _base(self) -> tuple[Array, Array]:
+        """w (m,) and 1 - L with the weights of a rule over it (m,)."""
+        x, weights = np.polynomial.legendre.leggauss(120)
+        w = 0.5 * FARTHEST * (x + 1.0)
+        return w, 0.5 * FARTHEST * weights * stiffened(w, self.poisson, self.bonded)
+
+    def _solved(self, a: float) -> tuple[Array, Array]:
+        """y at the points of the rule, and last at a, of a depth of 1 m and of -c t^n (n + 1,) each, Pa and Pa m."""
+        x, weights = self._rule
+        t = a * np.append(x, 1.0)
+        w, base = self._base
+        waves = np.cos(np.outer(t / self.thickness, w))
+        kernel = 2.0 * (waves * base) @ waves[:-1].T / self.thickness  # cos(x + y) + cos(x - y) = 2 cos x cos y
+        system = np.eye(len(t))
+        system[:, :-1] -= kernel * (a * weights) / math.pi
+        right = np.stack([np.ones(len(t)), -self.tip.at(t)], axis=1)
+        found: Array = np.asarray(np.linalg.solve(system, right) * self.modulus / math.pi, dtype=np.float64)
+        return found[:, 0], found[:, 1]
+
+    @cached_property
+    def radius(self) -> float:
+        """Of contact, m: where y vanishes at the edge. Raises Refused."""
+        if self.depth <= 0.0:
+            return 0.0
+        if self.tip.edge is not None:
+            return self._thin(self.tip.edge)
+        low, high = self.tip.radius(self.depth) * 0.2, self.tip.radius(self.depth) * 2.5
+        self._thin(0.4 * high)
+        while high - low > CLOSEST * high:
+            middle = 0.5 * (low + high)
+            one, other = self._solved(middle)
+            low, high = (middle, high) if self.depth * one[-1] + other[-1] > 0.0 else (low, middle)
+        return self._thin(low)
+
+    def _thin(self, a: float) -> float:
+        if a > THINNEST * self.thickness:
+            raise Refused(f"the radius of contact is {a / self.thickness:.3g} times the thickness",
+                          "take a thicker layer, or press it less")  # fmt: skip
+        return a
+
+    @cached_property
+    def _y(self) -> Array:
+        one, other = self._solved(self.radius)
+        found: Array = self.depth * one + other
+        return found
+
+    @property
+    def push(self) -> float:
+        """The force into the body, N."""
+        if self.depth <= 0.0:
+            return 0.0
+        return float(2.0 * math.pi * self.radius * self._rule[1] @ self._y[:-1])
+
+    @property
+    def area(self) -> float:
+        """Of contact, m^2."""
+        return math.pi * self.radius**2
+
+    @property
+    def largest_pressure(self) -> float:
+        """Pa, that of a sphere in the middle; without limit of others."""
+        if self.depth <= 0.0:
+            return 0.0
+        return float(self.pressure(np.zeros(1))[0]) if self.tip.power == 2 else math.inf
+
+    def pressure(self, r: Array) -> Array:
+        """At distances from the axis (n,), m: Pa. p = y(a) / sqrt(a^2 - r^2) - int_r^a y'(t) / sqrt(t^2 - r^2) dt."""
+        r, a = np.abs(np.asarray(r, dtype=float)), self.radius
+        if a == 0.0:
+            return np.zeros_like(r)
+        t = a * self._rule[0]
+        # y without what a half-space has of it is even and smooth, and so is that
+        smooth = self._y - self.modulus / math.pi * (self.depth - self.tip.at(a * np.append(self._rule[0], 1.0)))
+        even = np.polynomial.chebyshev.Chebyshev.fit((t / a) ** 2, smooth[:-1], 12, domain=[0.0, 1.0]).deriv()
+        inside = r < a
+        s, weights = self._rule
+        found = np.zeros_like(r)
+        for i in np.flatnonzero(inside):
+            v = s * math.sqrt(1.0 - (r[i] / a) ** 2)  # v^2 = (t^2 - r^2) / a^2: t' / sqrt(t^2 - r^2) dt = dv a / t
+            x = (r[i] / a) ** 2 + v**2
+            found[i] = -2.0 / a * math.sqrt(1.0 - (r[i] / a) ** 2) * float(weights @ even(x))
+            if self.tip.edge is not None:
+                found[i] += self._y[-1] / math.sqrt(a**2 - r[i] ** 2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            own = {2: 2.0 * self.tip.rate * np.sqrt(np.maximum(a**2 - r**2, 0.0)),
+                   1: self.tip.rate * np.arccosh(np.maximum(a / r, 1.0)), 0: 0.0 * r}[self.tip.power]  # fmt: skip
+        return np.where(inside, found + self.modulus / math.pi * own, 0.0)
+
+    def beside(self, r: float) -> float:
+        """How far its surface moves down at a distance from the axis, m, that is far from what presses: m.
+
+        P / (pi E*) (1 / r - int_0^oo (1 - L) J0(w r/h) dw / h), of the force as if it acted at a point.
+        """
+        from scipy.special import j0
+
+        w, base = self._base
+        taken = float(base @ j0(w * r / self.thickness)) / self.thickness
+        return self.push / (math.pi * self.modulus) * (1.0 / r - taken)

@@ -1,0 +1,320 @@
+"""Curves that were measured: force against travel, displacement against time, each with its uncertainty."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from softmark.records import dataclass
+from softmark.references.csv_tables import Columns, columns
+from softmark.references.data_download import find, source_of
+from softmark.references.measured_data import Unreadable
+from softmark.references.reference_base import How, Reference
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+Row = tuple[float, float, float]  # x, y and the uncertainty of y, SI
+NAMED = 3  # files that a source lists
+
+
+@dataclass(frozen=True)
+class CurveFromFile(Reference):
+    """A curve in a table, one column against another, with its uncertainty."""
+
+    path: Annotated[tuple[str, ...], "files", "the table, or a list of tables that are repeats"]
+    x: Annotated[str, "the name of the column along which the curve goes, such as `travel` or `t`"]
+    y: Annotated[tuple[str, ...], "texts", "the name of the column of values, or a list of columns that are repeats"]
+    x_unit: Annotated[Any, "amount in (0, inf)", "what one unit of column x is, such as `1 mm`"]
+    y_unit: Annotated[Any, "amount in (0, inf)", "what one unit of column y is, such as `1 N`"]
+    uncertainty: Annotated[Any | None, "amount in [0, inf)",
+                           "how far a value may be from the true one: a share, or an amount"] = None  # fmt: skip
+    deviation: Annotated[str, "the name of a column with the uncertainty of each value, in the unit of y"] = ""
+    x_origin: Annotated[Any | None, "amount", "where the zero of column x lies in the scene"] = None
+    y_origin: Annotated[Any | None, "amount", "where the zero of column y lies in the scene"] = None
+    branch: Annotated[Literal["loading", "unloading"], "what is taken of a curve that turns back"] = "loading"
+    citation: Annotated[str, "who measured it"] = ""
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    how: ClassVar[How] = "measured"
+    table: ClassVar[str] = "no curve"
+    source: ClassVar[str] = "the files that the scene names"
+    error_meaning: ClassVar[str] = "uncertainty of a measured value, in its unit, as the scene states it"
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files that it is read from."""
+        return self.path
+
+    @property
+    def repeats(self) -> int:
+        """How many experiments it is the mean of."""
+        return len(self.path) * len(self.y)
+
+    @property
+    def beside_y(self) -> tuple[str, ...]:
+        """The names of the columns that say how uncertain y is."""
+        return (self.deviation,) if self.deviation else ()
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Where it begins and ends in x, SI. Raises Unreadable."""
+        return _common(self.read()[0])
+
+    def unfit(self) -> tuple[str, str] | None:
+        """Why it is no curve, and what to do."""
+        try:
+            self.read()
+        except Unreadable as error:
+            several = f"{error.name}: " if len(self.path) > 1 else ""
+            return several + error.reason, error.remedy
+        return None
+
+    def read(self, beside: Path | None = None) -> tuple[list[Repeat], tuple[str, ...]]:
+        """Every repeat in SI, and what reading found. Raises Unreadable."""
+        found: list[Repeat] = []
+        notes: list[str] = []
+        asked = [self.x, *self.y, *self.beside_y]
+        for path in self.path:
+            table = columns(find(path, beside), asked)
+            notes += table.notes
+            for y in self.y:
+                one, left_out = self._repeat(table, y)
+                found.append(one)
+                if left_out:
+                    notes.append(f"{table.name}: {left_out}")
+        low, high = _common(found)
+        if not low < high:
+            raise Unreadable(self.path[0], "its repeats have no range of x in common", "leave out the one apart")
+        return found, tuple(dict.fromkeys(notes))
+
+    def load(self, beside: Path | None = None) -> MeasuredCurve:
+        """The curve in SI, with its uncertainty. Raises Unreadable."""
+        repeats, notes = self.read(beside)
+        x = _joint(repeats)
+        values, own = (np.array([np.interp(x, one.sorted[0], one.sorted[i]) for one in repeats]) for i in (1, 2))
+        y = values.mean(axis=0)
+        spread = values.std(axis=0, ddof=1) if len(repeats) > 1 else np.zeros_like(x)
+        u = np.sqrt(spread**2 + (own**2).mean(axis=0) + self._stated(y) ** 2)
+        said = [source_of(self.citation, path, Path(path).name) for path in self.path]
+        sources = list(dict.fromkeys(said))
+        more = f" and {len(sources) - NAMED} others" if len(sources) > NAMED else ""
+        source = ", ".join(sources[:NAMED]) + more
+        loops = tuple(one.loop.within(self._stated) for one in repeats if one.loop is not None)
+        return MeasuredCurve(x, y, u, source, len(repeats), float(spread.max()), notes, loops)
+
+    def _stated(self, y: Array) -> Array:
+        """The uncertainty that holds for every value."""
+        if self.uncertainty is None:
+            return np.zeros_like(y)
+        share = self.uncertainty.dimension != self.y_unit.dimension
+        return self.uncertainty.value * np.abs(y) if share else np.full_like(y, self.uncertainty.value)
+
+    def _uncertain(self, table: Columns, name: str) -> list[float]:
+        """How uncertain the table says the values of column `name` are, SI. Raises Unreadable."""
+        if not self.deviation:
+            return [0.0] * len(table.lines)
+        own = table.numbers[self.deviation]
+        at = next((i for i, v in enumerate(own) if v < 0.0), None)
+        if at is not None:
+            raise Unreadable(table.name, f"line {table.lines[at]}, column `{self.deviation}`: an uncertainty is"
+                             " negative", "give how far a value may be from the true one")  # fmt: skip
+        return [abs(self.y_unit.value) * v for v in own]
+
+    def _repeat(self, table: Columns, name: str) -> tuple[Repeat, str]:
+        """One experiment on the branch that is asked for, and what that leaves out. Raises Unreadable."""
+        x = [self.x_unit.value * v + _value(self.x_origin) for v in table.numbers[self.x]]
+        y = [self.y_unit.value * v + _value(self.y_origin) for v in table.numbers[name]]
+        u = self._uncertain(table, name)
+        turn = max(range(len(x)), key=lambda i: abs(x[i] - x[0]))
+        parts = {"loading": slice(0, turn + 1), "unloading": slice(turn, None)}
+        rows, lines = list(zip(x, y, u, strict=True)), list(table.lines)
+        chosen = parts[self.branch]
+        _grows(table.name, self.x, rows[chosen], lines[chosen], table.numbers[self.x][chosen])
+        gone = len(rows) - len(rows[chosen])
+        loop = None
+        if 1 < turn < len(rows) - 2 and all(map(_monotone, both := [rows[part] for part in parts.values()])):
+            loop = Loop(sorted(both[0]), sorted(both[1]))
+        left = f"{gone} of {len(rows)} rows are not of the {self.branch} and are left out" if gone else ""
+        return Repeat(tuple(rows[chosen]), loop), left
+
+
+@dataclass(frozen=True)
+class CurveInTable(CurveFromFile):
+    """A curve that was measured: one column of a table against another, such as force against travel or over time.
+
+    The table is a CSV file whose header names the columns; lines before it are titles. `x_unit` and `y_unit` say what
+    one unit of a column is: `1 mm`, `1 N`, or `18 mm^2 * 1 MPa` to make a force of a stress. `x_origin` and `y_origin`
+    say where the zero of the file lies in the scene. Between its rows the curve is straight. x must grow, or fall, from
+    row to row; where it turns once, as a machine that unloads, `branch` says which part is taken, and the report how
+    many rows are left out and which share of the work of loading was lost.
+
+    Every curve has an uncertainty, below which differences say nothing. `uncertainty` is that of every value: a share
+    of it, or an amount in the unit of y (which is meant where y is a plain number). `deviation` names a column with
+    that of each row. Several files, or several columns `y`, are repeats of one experiment: the curve is their mean on
+    the range that all have, and the standard deviation between them (over n - 1), straight between rows, enters the
+    uncertainty; it is that of one experiment, not of the mean. What is given in several ways is added in quadrature.
+
+    `kind` says what it is worth as a truth, where it was not measured: digitised from a figure, what one code computed,
+    a theory's. What several codes computed is a `consensus_curve`.
+
+    A path that begins with `data:` names a public data set, which is downloaded once.
+    Source: whoever measured it, as `citation` or the data set says.
+    """
+
+    kind_: Annotated[Literal["measurement", "theory", "one_code", "digitised"], "what kind of truth it is"] = (
+        "measurement"
+    )
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Both ways of a curve that turns once: rows of x, y and the uncertainty of y, SI, by growing x."""
+
+    there: list[Row]
+    back: list[Row]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest x that both have."""
+        return max(self.there[0][0], self.back[0][0]), min(self.there[-1][0], self.back[-1][0])
+
+    def within(self, stated: Callable[[Array], Array]) -> Loop:
+        """The same with an uncertainty that is stated of values (n,), in quadrature."""
+        ways = []
+        for way in (self.there, self.back):
+            more = stated(np.array([y for _, y, _ in way]))
+            ways.append([(x, y, math.hypot(u, float(v))) for (x, y, u), v in zip(way, more, strict=True)])
+        return Loop(ways[0], ways[1])
+
+    def lost(self, low: float, high: float) -> tuple[float, float] | None:
+        """1 - work of unloading / work of loading between two x, and how far it may be off; None without work."""
+        there, back = (_area(way, low, high, 1) for way in (self.there, self.back))
+        if not math.isfinite(there) or there == 0.0:
+            return None
+        off = [_area(way, low, high, 2) for way in (self.there, self.back)]
+        return 1.0 - back / there, (off[1] + abs(back / there) * off[0]) / abs(there)
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """One experiment: rows of x, y and the uncertainty of y, SI, in which x grows or falls.
+
+    `loop` has both ways of a curve that turns.
+    """
+
+    rows: tuple[tuple[float, float, float], ...]
+    loop: Loop | None = None
+
+    @cached_property
+    def sorted(self) -> tuple[tuple[float, ...], ...]:
+        """x, y and uncertainty, by growing x."""
+        return tuple(zip(*sorted(self.rows), strict=True))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest x."""
+        x = self.sorted[0]
+        return x[0], x[-1]
+
+
+@dataclass(frozen=True)
+class MeasuredCurve:
+    """A curve of straight lines with its uncertainty, SI: x grows."""
+
+    x: Array  # (n,)
+    y: Array  # (n,)
+    u: Array  # (n,), of y
+    source: str
+    repeats: int
+    spread: float  # the largest standard deviation between repeats, in the unit of y
+    notes: tuple[str, ...] = ()
+    loops: tuple[Loop, ...] = ()  # of repeats with a way there and one back
+    band: tuple[Array, Array] | None = None  # (n,) each: where it is not y - u to y + u
+
+    @property
+    def lost(self) -> float | None:
+        """Of the work of loading, the share that unloading did not give back, on the range that all have."""
+        ends = [loop.ends for loop in self.loops]
+        found = self.lost_between(max(a for a, _ in ends), min(b for _, b in ends)) if ends else None
+        return None if found is None else found[0]
+
+    def lost_between(self, low: float, high: float) -> tuple[float, float] | None:
+        """The same between two x, the mean of all repeats, and how far it may be from the true one.
+
+        That is what values make of it that are off by their uncertainty, up on one way and down on the other, and in
+        quadrature the standard deviation between repeats. None where a loop does not go over this, or takes no work.
+        """
+        if not self.loops or not low < high or any(low < a or high > b for a, b in (one.ends for one in self.loops)):
+            return None
+        found = [one.lost(low, high) for one in self.loops]
+        shares, off = zip(*(one for one in found if one is not None), strict=True) if None not in found else ((), ())
+        if not shares:
+            return None
+        mean = sum(shares) / len(shares)
+        spread = sum((share - mean) ** 2 for share in shares) / max(len(shares) - 1, 1)
+        return mean, math.sqrt(spread + sum(u * u for u in off) / len(off))
+
+    @property
+    def resolution(self) -> float:
+        """The largest uncertainty of a value, in the unit of y."""
+        return float(self.u.max())
+
+
+def _common(repeats: list[Repeat]) -> tuple[float, float]:
+    """The range that all have; empty where the first is not below the second."""
+    return max(one.ends[0] for one in repeats), min(one.ends[1] for one in repeats)
+
+
+def _value(amount: Any) -> float:
+    return 0.0 if amount is None else float(amount.value)
+
+
+def _grows(name: str, column: str, rows: list[Any], lines: list[int], told: tuple[float, ...]) -> None:
+    """Raises Unreadable unless there are two rows and x grows, or falls, from each to the next."""
+    if len(rows) < 2:
+        raise Unreadable(name, "a curve needs two rows", "give more of them, or the other `branch`")
+    if _monotone(rows):
+        return
+    up = rows[-1][0] > rows[0][0]
+    for i, ((a, *_), (b, *_)) in enumerate(pairwise(rows)):
+        if not (b > a if up else b < a):
+            what = "stays at" if a == b else "turns back from"
+            value = f"{told[i]:.6g}" if a == b else f"{told[i]:.6g} to {told[i + 1]:.6g}"
+            raise Unreadable(name, f"line {lines[i + 1]}, column `{column}`: it {what} {value}",
+                             "a curve has one value for each x: leave out what stands still, or take a column that only"
+                             " grows")  # fmt: skip
+
+
+def _monotone(rows: list[Any]) -> bool:
+    """Whether x grows, or falls, from each row to the next."""
+    steps = [b[0] - a[0] for a, b in pairwise(rows)]
+    return bool(steps) and (min(steps) > 0.0 or max(steps) < 0.0)
+
+
+def _area(rows: list[Row], low: float, high: float, column: int) -> float:
+    """The area under straight lines between rows, of column 1 (y) or 2 (its uncertainty), from `low` to `high`."""
+    area = 0.0
+    for one, other in pairwise(rows):
+        (a, p), (b, q) = (one[0], one[column]), (other[0], other[column])
+        begin, end = max(a, low), min(b, high)
+        if end > begin:
+            middle = 0.5 * (begin + end)
+            area += (end - begin) * (p + (q - p) * (middle - a) / (b - a))
+    return area
+
+
+def _joint(repeats: list[Repeat]) -> Array:
+    """Every x at which one of several curves bends, on the range that all have."""
+    low, high = _common(repeats)
+    every = np.unique(np.concatenate([np.asarray(one.sorted[0]) for one in repeats]))
+    return every[(every >= low) & (every <= high)]

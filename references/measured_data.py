@@ -1,0 +1,159 @@
+"""What a measurement is once it is read: a surface or tracked points, in metres and in the scene's frame.
+
+    Unreadable       what a measurement cannot be read for, with what to do
+    Frame            how the axes, the unit and the origin of a file lie in the scene
+    Residual         distances that are left after a registration
+    MeasuredSurface  triangles over points
+    MeasuredPoints   points that were tracked from one state to another
+
+Every measurement carries its uncertainty: a difference below it says nothing about a model.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar
+
+from softmark.records import dataclass
+from softmark.safe_files import open_regular
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+else:
+    from softmark.references.lazy_imports import np
+
+Vector = tuple[float, float, float]
+
+SQUARE = 1e-6
+"""How far from a right angle the two axes of a frame may be, as a cosine: what typing six digits does."""
+
+
+class Unreadable(Exception):
+    """A measurement cannot be used: `name` is its file, `reason` says why, `remedy` what to do."""
+
+    def __init__(self, name: str, reason: str, remedy: str) -> None:
+        super().__init__(f"{name}: {reason}; {remedy}")
+        self.name = name
+        self.reason = reason
+        self.remedy = remedy
+
+
+UNPACK = "unpack it, and name the file that comes of it"
+
+
+def must_be_unpacked(file: Path) -> None:
+    """Raises Unreadable where a file begins as compressed ones do (gzip, RFC 1952), and OSError where none is there."""
+    with open_regular(file) as opened:
+        if opened.read(2) == b"\x1f\x8b":
+            raise Unreadable(file.name, "it is compressed", UNPACK)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The scene's frame in a file: x_scene = unit A x_file + origin, with A a rotation.
+
+    `x` and `z` are directions of the file; the scene's y axis is z cross x, so no frame mirrors a body.
+    """
+
+    unit: float  # m
+    x: Vector = (1.0, 0.0, 0.0)
+    z: Vector = (0.0, 0.0, 1.0)
+    origin: Vector = (0.0, 0.0, 0.0)  # m, where the origin of the file lies in the scene
+
+    def rotation(self, name: str) -> Array:
+        """A (3, 3), its rows the scene's axes in the file. Raises Unreadable unless x and z are perpendicular."""
+        along = sum(a * b for a, b in zip(self.x, self.z, strict=True))
+        if abs(along) > SQUARE:
+            angle = math.degrees(math.acos(max(-1.0, min(1.0, along))))
+            reason = f"`x` and `z` of its frame meet at {angle:.4g} degrees"
+            remedy = "give two directions of the file that are perpendicular, such as `x = z, z = y`"
+            raise Unreadable(name, reason, remedy)
+        x = np.asarray(self.x, dtype=float)
+        y = np.cross(np.asarray(self.z, dtype=float), x)
+        y /= np.linalg.norm(y)
+        return np.array([x, y, np.cross(x, y)])
+
+    def points(self, P: Array, name: str) -> Array:
+        """Points (n, 3) of the file, in its units, as points of the scene, m."""
+        return np.asarray(self.unit * P @ self.rotation(name).T + np.asarray(self.origin))
+
+    def vectors(self, V: Array, name: str) -> Array:
+        """Displacements (n, 3) of the file, in its units, as displacements in the scene, m."""
+        return self.unit * V @ self.rotation(name).T
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Distances that a registration leaves, m."""
+
+    mean: float
+    rms: float
+    max: float
+    points: int
+
+    @classmethod
+    def of(cls, distances: Array) -> Residual:
+        """The residual of distances (n,), m, n >= 1."""
+        d = np.abs(distances)
+        return cls(float(d.mean()), float(np.sqrt((d * d).mean())), float(d.max()), len(d))
+
+    @property
+    def words(self) -> str:
+        """For a note: `residual mean 0.12 mm, rms 0.15 mm, max 0.60 mm over 300 points`."""
+        mean, rms, most = (f"{1e3 * v:.3g} mm" for v in (self.mean, self.rms, self.max))
+        return f"residual mean {mean}, rms {rms}, max {most} over {self.points} points"
+
+
+@dataclass(frozen=True)
+class MeasuredSurface:
+    """A surface that was measured, in the scene's frame, triangles counter-clockwise from outside."""
+
+    points: Array  # (n, 3), m
+    triangles: Ints  # (t, 3)
+    uncertainty: float  # m, of the place of any of its points
+    source: str  # who measured it, or the file alone
+    residual: Residual | None = None  # of its registration; None where there was none
+    notes: tuple[str, ...] = ()  # what reading changed or found
+
+    @property
+    def resolution(self) -> float:
+        """Differences below this say nothing, m: uncertainty and residual of the registration, in quadrature."""
+        return math.hypot(self.uncertainty, self.residual.rms if self.residual else 0.0)
+
+
+@dataclass(frozen=True)
+class MeasuredPoints:
+    """Points that were tracked: where they lay in the undeformed body, and how they moved."""
+
+    X: Array  # (n, 3), m
+    u: Array  # (n, 3), m
+    uncertainty: float  # m, of a displacement
+    source: str
+    names: tuple[str, ...]  # of the points
+    grid: Ints | None = None  # (n, 3): indices i, j, k of points that lie on a grid
+    notes: tuple[str, ...] = ()
+    residual: ClassVar[None] = None  # nothing is registered
+
+    @property
+    def resolution(self) -> float:
+        """Differences below this say nothing, m."""
+        return self.uncertainty
+
+    @property
+    def x(self) -> Array:
+        """Where the points lie once deformed, (n, 3), m."""
+        return self.X + self.u
+
+    def displacement(self, X: Array) -> Array:
+        """Displacements (k, 3), m, of some of the points, given by where they lay (k, 3), m."""
+        nearest = [int(((self.X - x) ** 2).sum(axis=1).argmin()) for x in X]
+        return self.u[nearest]
+
+
+Measured = MeasuredSurface | MeasuredPoints

@@ -1,0 +1,298 @@
+"""Surfaces that were measured and written to files, read through trimesh and meshio."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from softmark.mesh_file_hazards import hazard_of
+from softmark.records import dataclass
+from softmark.references.data_download import find, source_of
+from softmark.references.measured_data import Frame, MeasuredSurface, Unreadable, Vector
+from softmark.references.reference_base import How, Reference
+from softmark.references.registration import Registration, face_to_face, icp
+from softmark.references.surface_geometry import (
+    SearchedSurface,
+    area_vectors,
+    areas,
+    open_edges,
+    parts,
+    signed_volume,
+    unit_normals,
+    used,
+)
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import open_regular, read_regular
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+    Triangulated = tuple[Array, Ints]  # points (n, 3) in m, triangles (t, 3)
+else:
+    from softmark.references.lazy_imports import np
+
+ABSURD = 1e50  # m: areas of larger triangles leave the range of numbers
+TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
+VOLUMES = frozenset({"tetgen", "dolfin-xml"})  # which lie in several files
+UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
+
+FLAT = 0.99  # |sum of area vectors| / area of a face that counts as flat: normals within some 8 degrees
+TILT = math.cos(math.radians(30))  # of a triangle of the measured face against the held one
+ALIKE = (0.8, 1.25)  # area of the measured face over that of the held one
+
+
+@dataclass(frozen=True)
+class SurfaceScan(Reference):
+    """The surface of a body in one state, measured and written to a file.
+
+    Formats: STL, OBJ, PLY and OFF through trimesh; VTK, VTU, Gmsh and others through meshio. Quadrilaterals are
+    split, points that are given twice are merged. `x` and `z` say which directions of the file are the
+    scene's axes, y follows; `unit` is the length of one unit of the file; `origin` is where the file's origin lies.
+
+    `register = clamp` moves the surface rigidly so that its flat face near the held face of the undeformed body
+    lies on it; the residual is stated. `register = icp` moves it onto the computed surface of each model, which
+    hides every error that looks like a motion: only its shape is judged then.
+
+    `uncertainty` is how far any point of the surface may be from where it was: differences below it say
+    nothing. A path that begins with `data:` names a public data set, which is downloaded once.
+    Source: whoever measured it, as `citation` or the data set says.
+    """
+
+    path: Annotated[str, "file", "the file, relative to the scene, or a data set such as `data:...`"]
+    unit: Annotated[float, "m in (0, inf)", "length of one unit of the file's coordinates"]
+    uncertainty: Annotated[float, "m in [0, inf)", "how far a measured point may lie from the true one"]
+    x: Annotated[Vector, "direction", "which direction of the file is the scene's x axis"] = (1.0, 0.0, 0.0)
+    z: Annotated[Vector, "direction", "which direction of the file is the scene's z axis"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector, "m", "where the file's origin lies in the scene"] = (0.0, 0.0, 0.0)
+    register: Annotated[Literal["none", "clamp", "icp"], "how the surface is moved onto the body"] = "none"
+    near: Annotated[float | None, "m in (0, inf)",
+                    "how far from the held face `clamp` looks; a tenth of its extent"] = None  # fmt: skip
+    keep: Annotated[Literal["all", "largest"], "whether parts that hang on no other are kept"] = "all"
+    citation: Annotated[str, "who measured it"] = ""
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    how: ClassVar[How] = "measured"
+    source: ClassVar[str] = "the file that the scene names"
+    error_meaning: ClassVar[str] = "uncertainty of the place of a measured point, m, as the scene states it"
+
+    def load(
+        self,
+        held: Triangulated | None = None,
+        target: Triangulated | None = None,
+        beside: Path | None = None,
+    ) -> MeasuredSurface:
+        """The surface in the scene's frame, registered as the scene says.
+
+        `held` is the face of the undeformed body that does not move, for `clamp`; `target` the computed
+        surface, for `icp`. Raises Unreadable.
+        """
+        points, triangles = read_surface(find(self.path, beside))
+        frame = Frame(self.unit, self.x, self.z, self.origin)
+        points, triangles, notes = tidied(self.path, frame.points(points, self.path), triangles, self.keep)
+        by = source_of(self.citation, self.path, Path(self.path).name)
+        return self._registered(MeasuredSurface(points, triangles, self.uncertainty, by, notes=notes), held, target)
+
+    def _registered(
+        self, measured: MeasuredSurface, held: Triangulated | None, target: Triangulated | None
+    ) -> MeasuredSurface:
+        onto = {"none": None, "clamp": held, "icp": target}[self.register]
+        if self.register == "none":
+            return measured
+        if onto is None:
+            what = "a face of the body that is held" if self.register == "clamp" else "a computed surface"
+            raise Unreadable(self.path, f"`register = {self.register}` needs {what}, and there is none",
+                             "leave `register` out, or add what it needs")  # fmt: skip
+        found = (
+            self._clamped(measured, onto) if self.register == "clamp" else icp(measured.points, SearchedSurface(*onto))
+        )
+        note = f"registered ({self.register}): moved by {_words(found, measured)}, {found.residual.words}"
+        note += "" if found.converged else f"; not settled after {found.steps} steps"
+        return replace(measured, points=found.motion(measured.points), residual=found.residual,
+                       notes=(*measured.notes, note))  # fmt: skip
+
+    def _clamped(self, measured: MeasuredSurface, held: Triangulated) -> Registration:
+        """The motion of the measured face onto the held one; the face is found again once it lies there."""
+        near = self.near or 0.1 * float(np.ptp(held[0][np.unique(held[1])], axis=0).max())
+        placed, triangles = measured.points, measured.triangles
+        first = face_to_face(placed, self._face(placed, triangles, held, near), *held)
+        placed = first.motion(measured.points)
+        second = face_to_face(placed, self._face(placed, triangles, held, near), *held)
+        return replace(second, motion=first.motion.then(second.motion))
+
+    def _face(self, points: Array, triangles: Ints, held: Triangulated, near: float) -> Ints:
+        """The triangles (m, 3) that lie near the held face and look the way it does. Raises Unreadable."""
+        outward, area = area_vectors(*held).sum(axis=0), float(areas(*held).sum())
+        if np.linalg.norm(outward) < FLAT * area:
+            raise Unreadable(self.path, "`register = clamp` needs a held face that is flat, and this one is not",
+                             "leave `register` out and place the surface by `x`, `z` and `origin`")  # fmt: skip
+        along = unit_normals(points, triangles) @ (outward / np.linalg.norm(outward)) > TILT
+        looking: Ints = triangles[along]
+        away = SearchedSurface(*held).closest(points[looking].mean(axis=1)).distances if len(looking) else np.zeros(0)
+        face: Ints = looking[away <= near]
+        ratio = float(areas(points, face).sum()) / area
+        if not ALIKE[0] <= ratio <= ALIKE[1]:
+            raise Unreadable(self.path, f"the surface has no face like the held one within {1e3 * near:.3g} mm of it: "
+                             f"what lies there has {ratio:.2g} of its area",
+                             "place the surface by `x`, `z` and `origin` first, or widen `near`")  # fmt: skip
+        return face
+
+
+def _words(found: Registration, measured: MeasuredSurface) -> str:
+    middle = measured.points.mean(axis=0)
+    shift = float(np.linalg.norm(found.motion(middle[None])[0] - middle))
+    return f"{1e3 * shift:.3g} mm and {math.degrees(found.motion.angle):.3g} degrees"
+
+
+def tidied(name: str, points: Array, triangles: Ints, keep: str = "all") -> tuple[Array, Ints, tuple[str, ...]]:
+    """A surface without duplicates and, if asked, small parts, its triangles turned outwards; and what was done.
+
+    Raises Unreadable where nothing is left or a coordinate is not finite.
+    """
+    _sound(name, points)
+    points, triangles, merged = _merged(points, triangles)
+    if not len(triangles):
+        raise Unreadable(name, "none of its triangles has an area", "repair the file")
+    notes = [f"{merged} points that were given twice are merged"] if merged else []
+    part = parts(len(points), triangles)
+    sizes = np.bincount(part)
+    if (sizes > 0).sum() > 1:
+        largest = part == sizes.argmax()
+        rest = f"{int((sizes > 0).sum()) - 1} smaller parts of {int((~largest).sum())} of {len(part)} triangles"
+        notes.append(f"{rest} are {'left out' if keep == 'largest' else 'kept'}")
+        if keep == "largest":
+            points, triangles = used(points, triangles[largest])
+    return points, *_outward(points, triangles, notes)
+
+
+def _sound(name: str, points: Array) -> None:
+    """Refuse coordinates with which no distance can be computed. Raises Unreadable."""
+    bad = ~(np.abs(points) < ABSURD).all(axis=1)
+    if bad.any():
+        first = int(np.argmax(bad))
+        what = "absurdly large" if np.isfinite(points[first]).all() else "not finite numbers"
+        told = ", ".join(f"{x:g}" for x in points[first])
+        raise Unreadable(name, f"some of its coordinates are {what}: point {first} lies at ({told}) m, and "
+                         f"{int(bad.sum())} of {len(points)} points are so", "repair the file")  # fmt: skip
+
+
+def _merged(points: Array, triangles: Ints) -> tuple[Array, Ints, int]:
+    """Points that lie at the very same place made one; triangles that have none left of their area dropped."""
+    points, triangles = used(points, triangles)
+    single, number = np.unique(points, axis=0, return_inverse=True)
+    triangles = number.ravel()[triangles].astype(np.int64)
+    a, b, c = triangles.T
+    kept = triangles[(a != b) & (b != c) & (c != a)]
+    return *used(single, kept), len(points) - len(single)
+
+
+def _outward(points: Array, triangles: Ints, notes: list[str]) -> tuple[Ints, tuple[str, ...]]:
+    gaps = open_edges(triangles)
+    if gaps:
+        notes.append(f"the surface is not closed: {gaps} edges without exactly two triangles")
+    if signed_volume(points, triangles) < 0:
+        notes.append("its triangles looked inwards and are turned")
+        triangles = np.ascontiguousarray(triangles[:, ::-1])
+    return triangles, tuple(notes)
+
+
+def read_surface(file: Path) -> tuple[Array, Ints]:
+    """Points (n, 3) and triangles (t, 3) of a file, in its own units and frame. Raises Unreadable."""
+    if file.is_dir():
+        raise Unreadable(str(file), "it is a folder", "name a file")
+    _complete(file)
+    points, triangles = (_by_trimesh if file.suffix.lower() in TRIMESH else _by_meshio)(file)
+    if not len(triangles):
+        raise Unreadable(file.name, "it has no triangles", "write the surface as triangles")
+    wrong = ((triangles < 0) | (triangles >= len(points))).any(axis=1)
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        raise Unreadable(file.name, f"a triangle names a point that does not exist: triangle {first} names points "
+                         f"{', '.join(map(str, triangles[first]))}, and the file has {len(points)} "
+                         f"({int(wrong.sum())} of {len(triangles)} do so)", "write the file again")  # fmt: skip
+    return np.asarray(points, dtype=float)[:, :3], np.asarray(triangles, dtype=np.int64)
+
+
+def _complete(file: Path) -> None:
+    """Refuse an empty file, and a binary STL that is shorter than its header says. Raises Unreadable."""
+    try:
+        size = file.stat().st_size
+        with open_regular(file) as data:
+            head = data.read(84)
+    except OSError as error:
+        raise Unreadable(file.name, f"it cannot be read ({error.strerror})", "see that it can be opened") from None
+    if size == 0:
+        raise Unreadable(file.name, "it is empty", "write the file again")
+    if file.suffix.lower() == ".stl" and len(head) == 84 and not head.lstrip().startswith(b"solid"):
+        count = int.from_bytes(head[80:], "little")
+        if size < 84 + 50 * count:
+            raise Unreadable(file.name, f"it promises {count} triangles and breaks off after {(size - 84) // 50}",
+                             "write the file again")  # fmt: skip
+
+
+def _by_trimesh(file: Path) -> tuple[Any, Any]:
+    try:
+        trimesh = importlib.import_module("trimesh")
+    except ImportError:
+        raise Unreadable(file.name, "reading it needs trimesh", "run `pip install trimesh`") from None
+    log = importlib.import_module("logging").getLogger("trimesh")
+    level = log.level
+    log.setLevel("CRITICAL")  # a missing texture is nobody's concern here
+    try:
+        with limited_resources(file):  # without a name and a path: materials in other files stay unread
+            data = BytesIO(read_regular(file))
+            mesh = trimesh.load_mesh(data, file_type=file.suffix.lower()[1:], process=False, skip_materials=True)
+    except Exception as error:  # its readers raise what they like
+        reason = f"trimesh cannot read it ({reason_of(error)})"
+        raise Unreadable(file.name, reason, "write the file again") from None
+    finally:
+        log.setLevel(level)
+    return getattr(mesh, "vertices", np.zeros((0, 3))), getattr(mesh, "faces", np.zeros((0, 3), dtype=int))
+
+
+def _by_meshio(file: Path) -> tuple[Any, Any]:
+    data = _meshio(file)
+    blocks = [_TRIANGLES[b.type](np.asarray(b.data)) for b in data.cells if b.type in _TRIANGLES]
+    if not blocks:
+        kinds = ", ".join(sorted({b.type for b in data.cells})) or "none"
+        raise Unreadable(file.name, f"it has no triangles or quadrilaterals (its cells: {kinds})",
+                         "write the surface of the body alone")  # fmt: skip
+    return data.points, np.concatenate(blocks)
+
+
+_TRIANGLES = {
+    "triangle": lambda cells: cells,
+    "quad": lambda cells: cells[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3),
+}
+
+
+def _meshio(file: Path) -> Any:
+    """What meshio makes of the file in one of the formats of its name. Raises Unreadable."""
+    try:
+        with limited_resources(file):
+            elsewhere = hazard_of(file)
+    except Exception as error:  # the readers of HDF5 raise what they like
+        elsewhere = f"it cannot be read ({reason_of(error)})"
+    if elsewhere:
+        raise Unreadable(file.name, elsewhere, "write it as STL, OBJ, PLY or VTK")
+    meshio = importlib.import_module("meshio")
+    kinds = meshio.extension_to_filetypes.get(file.suffix.lower(), [None])  # None: let meshio say it
+    reasons = []
+    for kind in (k for k in kinds if k not in UNENDING | VOLUMES):
+        said = StringIO()  # meshio prints why it fails, and exits
+        try:
+            with redirect_stdout(said), redirect_stderr(said), limited_resources(file):
+                return meshio.read(file, kind)
+        except SystemExit:
+            reasons.append(" ".join(said.getvalue().split()) or f"it is no {kind} file")
+        except Exception as error:  # its readers raise what they like
+            reasons.append(reason_of(error))
+    why = "; ".join(reasons) or "in this format it may never finish"
+    raise Unreadable(file.name, f"meshio cannot read it ({why})", "write it as STL, OBJ, PLY or VTK")

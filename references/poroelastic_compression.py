@@ -1,0 +1,250 @@
+"""A saturated porous slab or cylinder between two rigid plates without friction, its sides open: Mandel and Armstrong.
+
+Both are strained alike along the axis, e(t), and across it by u(r) in n = 1 or 2 dimensions. With incompressible
+constituents the volume strain t = e + r^(1-n) (r^(n-1) u)' diffuses, t_t = k HA r^(1-n) (r^(n-1) t')', balance across
+the axis makes the pressure of the fluid HA (t - t(a)), and on the open side, with g = G / HA and means <> over the
+section,
+
+    slab: t(a) = 2 g e, mean stress 2 G (2 e - <t>);   cylinder: t(a) = g (e + <t>), mean stress G (3 e - <t>).
+
+In Laplace's domain t is A C(q r/a), C = cosh or I0, q^2 = s a^2 / (k HA), and the poles at q = i x are the roots of
+
+    moved:   slab cos x = 0,                cylinder J0(x) = 2 g J1(x)/x        (Armstrong, Lai and Mow 1984)
+    pressed: slab cos x = g sin(x)/x,       cylinder 3 J0(x) = 8 g J1(x)/x      (Mandel 1953)
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.references.beam_centre_line import points_of
+from softmark.references.diffusion_modes import Followed, enough
+from softmark.references.prony import Driven
+from softmark.references.straight_cantilever import Vector
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+ROUNDING = 1e-12  # relative, of sums of modes
+HALVINGS = 60
+
+
+@dataclass(frozen=True)
+class Squeezed:
+    """A slab (`dimension` 1) or a cylinder (2) between plates, by its half-width or radius, its side open. SI units.
+
+    Its plates come together by the course `driven` (`amount` in m), or are pressed (`force`, in N). In small strain.
+    """
+
+    dimension: int
+    half: float  # m, half-width of the slab, or radius
+    length: float  # m, between the plates
+    area: float  # m^2, of the section that the plates press
+    root: Vector  # m, of the axis, on the held plate
+    axis: Vector  # unit vector, from there to the driven plate
+    across: Vector  # unit vector across a slab; of a cylinder it plays no part
+    shear: float  # Pa, G of the drained skeleton
+    modulus: float  # Pa, HA = lambda + 2 G
+    permeability: float  # m^4/(N s)
+    force: bool
+    amount: float  # N or m along the axis
+    driven: Driven
+    now: float  # s
+
+    @property
+    def g(self) -> float:
+        """G / HA, below 3/4."""
+        return self.shear / self.modulus
+
+    @property
+    def time(self) -> float:
+        """Of diffusion across it, s."""
+        return self.half**2 / (self.modulus * self.permeability)
+
+    @property
+    def _drive(self) -> float:
+        """Axial strain, or mean axial stress over the shear modulus."""
+        return self.amount / (self.area * self.shear) if self.force else self.amount / self.length
+
+    @cached_property
+    def roots(self) -> Array:
+        """Of its modes, x (n,)."""
+        count = enough(self.driven, self.now, self.time)
+        return roots(self.dimension, self.g, self.force, count)
+
+    @cached_property
+    def _weights(self) -> Array:
+        """What divides the share of each mode (n,): -x^2 D'(s) at its pole."""
+        x, g = self.roots, self.g
+        if self.dimension == 1:
+            if not self.force:
+                return -0.5 * x * np.sin(x)
+            return -0.5 * x * (np.sin(x) + g * np.cos(x) / x - g * np.sin(x) / x**2)
+        j0, j1 = _waves(2, x)
+        a, b = (3.0, 8.0) if self.force else (1.0, 2.0)
+        found: Array = -0.5 * (a * x * j1 - b * g * (2.0 * j1 / x - j0))
+        return found
+
+    @property
+    def _rates(self) -> Array:
+        rates: Array = self.roots**2 / self.time
+        return rates
+
+    def _volume(self, shape: Array, at_once: Array) -> Followed:
+        """Volume strains (k,), of the shapes (k, n) of modes and what they are at once."""
+        g = self.g
+        if self.dimension == 1:
+            part, end = (0.5 * g, 0.5 * g / (1.0 - g)) if self.force else (2.0 * g, 2.0 * g)
+        else:
+            part, end = (g, g / (3.0 - 4.0 * g)) if self.force else (g, g / (1.0 - g))
+        return Followed(np.full(len(shape), end), part * shape / self._weights, at_once)
+
+    def _axial(self) -> Followed:
+        """The strain along the axis."""
+        one = np.ones(1)
+        if not self.force:
+            return Followed(one, np.zeros((1, len(self.roots))), one)
+        x, g = self.roots, self.g
+        if self.dimension == 1:
+            return Followed(one / (4.0 * (1.0 - g)), (0.25 * np.cos(x) / self._weights)[None], one / 4.0)
+        j0, j1 = _waves(2, x)
+        share = (j0 - 2.0 * g * j1 / x) / self._weights
+        return Followed(one * (1.0 - g) / (3.0 - 4.0 * g), share[None], one / 3.0)
+
+    def _shape(self, r: Array) -> Array:
+        """Of the modes at distances r (k,), m: (k, n)."""
+        return _waves(self.dimension, self.roots * (r / self.half)[:, None])[0]
+
+    def _within(self, r: Array) -> Array:
+        """The means of these over all that is nearer than r (k,), m: (k, n)."""
+        arguments = self.roots * (r / self.half)[:, None]
+        small = arguments == 0.0
+        safe = np.where(small, 1.0, arguments)
+        found: Array = np.where(small, 1.0, self.dimension * _waves(self.dimension, safe)[1] / safe)
+        return found
+
+    def _told(self, followed: Followed) -> Array:
+        return self._drive * followed.at(self.driven, self._rates, self.now)
+
+    @property
+    def axial(self) -> float:
+        """The strain along the axis now."""
+        return float(self._told(self._axial())[0])
+
+    def _swelling(self, r: Array) -> Array:
+        """The mean volume strain of all that is nearer than r (k,), m."""
+        return self._told(self._volume(self._within(r), np.zeros_like(r)))
+
+    def _at_side(self) -> float:
+        """The volume strain at the open side."""
+        if self.dimension == 1:
+            return 2.0 * self.g * self.axial
+        return self.g * (self.axial + float(self._swelling(np.array([self.half]))[0]))
+
+    def pressure(self, X: Array) -> Array:
+        """Of the fluid at points X (n, 3) (n,), Pa."""
+        r = self._across(points_of(X))[1]
+        own = self._told(self._volume(self._shape(r), np.where(r < self.half, 0.0, np.nan)))
+        side = self._at_side()
+        found: Array = self.modulus * np.where(r >= self.half, 0.0, own - side)
+        return found
+
+    def _across(self, points: Array) -> tuple[Array, Array]:
+        """Where points (n, 3) are from the axis, across it (n, 3), m, and how far (n,)."""
+        off = points - np.asarray(self.root)
+        if self.dimension == 1:
+            n = np.asarray(self.across)
+            away: Array = (off @ n)[:, None] * n
+        else:
+            n = np.asarray(self.axis)
+            away = off - (off @ n)[:, None] * n
+        return away, np.sqrt((away**2).sum(axis=1))
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point."""
+        points = points_of(X)
+        n, e = np.asarray(self.axis), self.axial
+        away, r = self._across(points)
+        grows = (self._swelling(r) - e) / self.dimension
+        along = (points - np.asarray(self.root)) @ n
+        found: Array = e * along[:, None] * n + grows[:, None] * away
+        return found
+
+    @property
+    def pull(self) -> float:
+        """The force on its driven plate now, N, along the axis."""
+        if self.force:
+            return self.amount * self.driven.left(0.0, self.now)
+        e, mean = self.axial, float(self._swelling(np.array([self.half]))[0])
+        stress = 2.0 * (2.0 * e - mean) if self.dimension == 1 else 3.0 * e - mean
+        return self.area * self.shear * stress
+
+    @property
+    def lost(self) -> float:
+        """Volume of fluid that has left since the start, m^3."""
+        return -self.area * self.length * float(self._swelling(np.array([self.half]))[0])
+
+    @property
+    def estimated_error(self) -> float:
+        """Of a displacement, m: modes beyond the last, and rounding."""
+        swells = self._volume(self._within(np.array([self.half])), np.zeros(1))
+        missed = [f.missed(self.driven, self._rates, self.now) for f in (swells, self._axial())]
+        size = abs(self._drive) / (3.0 if self.force else 1.0)
+        return abs(self._drive) * (self.half * sum(missed) + self.length * missed[1]) + ROUNDING * size * (
+            self.length + self.half
+        )
+
+    @property
+    def strained(self) -> float:
+        """The largest strain in the end of the whole course."""
+        return abs(self._drive) * float(np.abs(self._axial().lasting[0]))
+
+
+def roots(dimension: int, g: float, force: bool, count: int) -> Array:
+    """The first `count` positive roots x of the poles: one in each interval between the zeros of sin x, or of J1.
+
+    Of a cylinder the equation is x J0(x) / J1(x) = b g / a, whose left side falls from 2 to minus infinity between two
+    zeros of J1; of a slab x cot x = g or 0, from 1. Below 2 or 1 there is one in the first interval too.
+    """
+    if dimension == 1:
+        ends = np.pi * np.arange(count + 1)
+        right = g if force else 0.0
+    else:
+        ends = np.concatenate([[0.0], _zeros(count)])
+        right = 8.0 * g / 3.0 if force else 2.0 * g
+    low, high = ends[:-1] + 1e-13, ends[1:] * (1.0 - 1e-15)
+    sign = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)  # of sin x or J1 within the interval
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        even, odd = _waves(dimension, middle)
+        positive = sign * (middle * even - right * odd) > 0.0
+        low, high = np.where(positive, middle, low), np.where(positive, high, middle)
+    found: Array = 0.5 * (low + high)
+    return found
+
+
+def _zeros(count: int) -> Array:
+    """Of J1 (count,): the first ones as they are known, later ones by McMahon's expansion."""
+    from scipy.special import jn_zeros
+
+    exact = min(count, 200)
+    b = np.pi * (np.arange(1, count + 1) + 0.25)
+    far: Array = b - 3.0 / (8.0 * b) + 3.0 / (128.0 * b**3) - 1179.0 / (5120.0 * b**5)
+    far[:exact] = jn_zeros(1, exact)
+    return far
+
+
+def _waves(dimension: int, x: Array) -> tuple[Array, Array]:
+    """cos x and sin x, or J0(x) and J1(x): of a slab, or a cylinder."""
+    if dimension == 1:
+        return np.cos(x), np.sin(x)
+    from scipy.special import j0, j1
+
+    return j0(x), j1(x)

@@ -1,0 +1,129 @@
+"""Values that somebody published or measured, written in the scene: each with its uncertainty and its source."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from softmark.records import dataclass
+from softmark.references.reference_base import How, Kind, Reference
+
+
+class GivenValues(Reference):
+    """Values that a scene gives with how far each may be off: one, or one for each state of the analysis.
+
+    Derived classes have `values` and `source_`, and name by `lists` what else is one for all or one for each.
+    """
+
+    how: ClassVar[How] = "measured"
+    source: ClassVar[str] = "what the scene says"
+    lists: ClassVar[tuple[str, ...]]
+    values: Any
+
+    @property
+    def each(self) -> tuple[KnownValue, ...]:
+        """The values, SI."""
+        raise NotImplementedError
+
+    def in_state(self, number: int, value: float) -> Self:
+        """What is known in one state of the analysis, counted from 0."""
+        count = len(self.values.values)
+        if count == 1 or number >= count:  # too few are refused when a scene is checked
+            return self
+        own = ((name, vars(self)[name]) for name in ("values", *self.lists) if vars(self)[name] is not None)
+        one = {n: replace(v, values=(v.values[min(number, len(v.values) - 1)],)) for n, v in own}
+        return replace(self, **one)  # type: ignore[type-var]
+
+    def load(self) -> KnownValue:
+        """The value of this state; the last of several."""
+        return self.each[-1]
+
+    def amounts(self, name: str) -> tuple[float, ...]:
+        """Of the field `name` what belongs to each value, in its unit: amounts, or shares of its size."""
+        share = vars(self)[name].dimension != self.values.dimension
+        each = zip(self.values.values, self.chosen(name), strict=True)
+        return tuple(u * abs(v) if share else u for v, u in each)
+
+    def chosen(self, name: str) -> tuple[float, ...]:
+        """Of the field `name` what belongs to each value; without one each, the last holds for those after it."""
+        own = vars(self)[name].values
+        return tuple(own[min(i, len(own) - 1)] for i in range(len(self.values.values)))
+
+
+@dataclass(frozen=True)
+class Values(GivenValues):
+    """Values that were published or measured, written in the scene: one, or one for each state of the analysis.
+
+    The metric `value_error` holds a number of a model against them, a displacement, a force, a stress, a frequency: it
+    tells how far the two are apart, and whether that is within the uncertainty. Of an analysis with states a list has a
+    value for each, in their order, and one value alone holds in every state.
+
+    `uncertainty` is how far a value may be from the true one, below which differences say nothing: one for all or one
+    for each, an amount in the unit of the values or a share of them (an amount where they are plain numbers). Of a
+    number that is known by its printed digits alone it is half the last one: 53.4 mm is 53.4 mm +- 0.05 mm.
+
+    `kind` says what they are worth as a truth: a theory's, a measurement, what one code computed, digitised from a
+    figure. What several codes computed is a `consensus`.
+    Source: whoever published or measured them, as the scene says by `source`.
+    """
+
+    values: Annotated[Any, "amounts", "what is known, with its unit: one, or a list with one for each state"]
+    uncertainty: Annotated[
+        Any, "amounts in [0, inf)", "how far a value may be from the true one, an amount or a share: one, or a list"
+    ]
+    source_: Annotated[str, "where it was published, or who measured it"]
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+    kind_: Annotated[
+        Literal["published", "theory", "measurement", "one_code", "digitised"], "what kind of truth they are"
+    ] = "published"
+
+    lists: ClassVar[tuple[str, ...]] = ("uncertainty",)
+    usual: ClassVar[Kind] = "published"
+    error_meaning: ClassVar[str] = "uncertainty of a value, in its unit, as the scene states it"
+
+    @property
+    def each(self) -> tuple[KnownValue, ...]:
+        """The values with their uncertainties, SI."""
+        known = zip(self.values.values, self.amounts("uncertainty"), strict=True)
+        return tuple(KnownValue(value, own, self.source_) for value, own in known)
+
+
+@dataclass(frozen=True)
+class KnownValue:
+    """A value and how far it may be from the true one, SI.
+
+    `band`, of one on which several `codes` agreed: the least and the largest of theirs, about the value.
+    """
+
+    value: float
+    uncertainty: float
+    source: str
+    band: tuple[float, float] | None = None
+    codes: int = 0
+
+    @property
+    def resolution(self) -> float:
+        """Its uncertainty, in its unit."""
+        return self.uncertainty
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest that agree with it."""
+        return self.band or (self.value - self.uncertainty, self.value + self.uncertainty)
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """How far it may be off below and above."""
+        if self.band is None:
+            return self.uncertainty, self.uncertainty
+        return self.value - self.band[0], self.band[1] - self.value
+
+    def beside(self, found: float) -> float:
+        """How far it may be off on the side on which a number lies."""
+        return self.sides[found > self.value]
+
+    def holds(self, found: float) -> bool:
+        """Whether a number agrees with it."""
+        if self.band is None:
+            return abs(found - self.value) <= self.uncertainty
+        return self.band[0] <= found <= self.band[1]

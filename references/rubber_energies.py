@@ -1,0 +1,112 @@
+"""Incompressible isotropic solids by their energy: what closed forms of rubber ask of a law.
+
+The energies are written out here once more: a reference shares no code with the solvers that it judges. Stretches come
+as their logarithms e (3, n), whose sum is 0, so that small strains keep their digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from softmark.records import dataclass
+from softmark.references.straight_cantilever import Refused
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+Constants = Mapping[str, Any]
+Of = Callable[[Constants, Any, Any], Any]  # of constants, I1 - 3 and I2 - 3 (n,)
+
+INCOMPRESSIBLE = 0.5
+
+CHAINS = (1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673750.0)
+
+
+def _chains(c: Constants, i: Any, k: Any) -> Any:
+    I = 3.0 + i
+    return sum(c["m"] * a / c["limit"] ** (2 * n - 2) * (I**n - 3.0**n) for n, a in enumerate(CHAINS, 1))
+
+
+def _chains_slopes(c: Constants, i: Any, k: Any) -> Any:
+    I = 3.0 + i
+    return sum(c["m"] * a * n / c["limit"] ** (2 * n - 2) * I ** (n - 1) for n, a in enumerate(CHAINS, 1)), 0.0
+
+
+# of each law its energy, J/m^3, and its derivatives by I1 and I2, Pa, by the names that constants have in scenes
+LAWS: dict[str, tuple[Of, Of]] = {
+    "mooney_rivlin": (lambda c, i, k: c["c1"] * i + c["c2"] * k, lambda c, i, k: (c["c1"], c["c2"])),
+    "yeoh": (
+        lambda c, i, k: c["c1"] * i + c["c2"] * i**2 + c["c3"] * i**3,
+        lambda c, i, k: (c["c1"] + 2.0 * c["c2"] * i + 3.0 * c["c3"] * i**2, 0.0),
+    ),
+    "gent": (
+        lambda c, i, k: -0.5 * c["mu"] * c["limit"] * np.log1p(-i / c["limit"]),
+        lambda c, i, k: (0.5 * c["mu"] * c["limit"] / np.where(i < c["limit"], c["limit"] - i, np.nan), 0.0),
+    ),
+    "fung": (
+        lambda c, i, k: 0.5 * c["mu"] / c["b"] * np.expm1(c["b"] * i),
+        lambda c, i, k: (0.5 * c["mu"] * np.exp(c["b"] * i), 0.0),
+    ),
+    "veronda_westmann": (
+        lambda c, i, k: c["c"] * np.expm1(c["a"] * i) - 0.5 * c["c"] * c["a"] * k,
+        lambda c, i, k: (c["c"] * c["a"] * np.exp(c["a"] * i), -0.5 * c["c"] * c["a"]),
+    ),
+    "arruda_boyce": (_chains, _chains_slopes),
+}
+KNOWN = (*LAWS, "ogden")
+
+
+def must_keep_its_volume(poisson: float) -> None:
+    """Raises Refused for a Poisson's ratio other than 0.5, of which closed forms of rubber are."""
+    if poisson != INCOMPRESSIBLE:
+        raise Refused(f"a Poisson's ratio of {poisson:g} lets the volume change",
+                      "the closed form is that of `poisson = 0.5`, which `formulation = mixed` takes")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Rubber:
+    """A law by its name, with the constants that scenes give it. Raises Refused for one that is not known."""
+
+    law: str
+    constants: tuple[tuple[str, Any], ...]  # names and values, SI
+
+    def __post_init__(self) -> None:
+        if self.law not in KNOWN:
+            raise Refused(
+                f"`{self.law}` has no closed form here", f"it takes {', '.join(KNOWN)}, or neo-Hookean solids"
+            )
+
+    @classmethod
+    def neo_hookean(cls, mu: float) -> Rubber:
+        """mu/2 (I1 - 3), mu in Pa."""
+        return cls("mooney_rivlin", (("c1", 0.5 * mu), ("c2", 0.0)))
+
+    def energy(self, e: Array) -> Array:
+        """W, J/m^3 (n,)."""
+        c = dict(self.constants)
+        if self.law == "ogden":
+            found: Array = sum(m / a * np.expm1(a * e).sum(axis=0) for m, a in zip(c["mu"], c["alpha"], strict=True))
+        else:
+            found = LAWS[self.law][0](c, *_invariants(e))
+        return found
+
+    def tensions(self, e: Array) -> Array:
+        """dW/de, the principal stresses but for one pressure, Pa (3, n), 0 at rest; NaN beyond the law's domain."""
+        c = dict(self.constants)
+        if self.law == "ogden":
+            found: Array = sum(m * np.expm1(a * e) for m, a in zip(c["mu"], c["alpha"], strict=True))
+        else:
+            first, second = LAWS[self.law][1](c, *_invariants(e))
+            found = 2.0 * first * np.expm1(2.0 * e) - 2.0 * second * np.expm1(-2.0 * e)
+        return found
+
+
+def _invariants(e: Array) -> tuple[Array, Array]:
+    """I1 - 3 and I2 - 3 (n,)."""
+    return np.expm1(2.0 * e).sum(axis=0), np.expm1(-2.0 * e).sum(axis=0)

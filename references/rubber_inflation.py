@@ -1,0 +1,167 @@
+"""A thick-walled ball of incompressible rubber that a pressure within blows up, past the largest pressure too."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.beam_centre_line import points_of
+from softmark.references.reference_base import About, Reference
+from softmark.references.rubber_energies import Rubber, must_keep_its_volume
+from softmark.references.straight_cantilever import Refused, Vector
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+POINTS = 64  # of Gauss and Legendre across the wall: smooth integrands to rounding
+LARGEST, STEP = 50.0, 0.002  # stretch of the hollow up to which the path is looked at, and by which of its logarithm
+HALVINGS = 200
+ROUNDING = 16.0 * 2.0**-52  # relative, of a pressure
+
+
+@dataclass(frozen=True)
+class BlownBall:
+    """A ball with a hollow around its centre, of rubber that keeps its volume. SI units.
+
+    Its hollow opens by the stretch l, and what lies at R comes to r, r^3 = R^3 + (l^3 - 1) A^3. The stress grows
+    through the wall as (t_theta - t_r) 2 / r, which with s = r/R comes to
+
+        p = int from m to l of 2 (t_theta - t_r) / (s (s^3 - 1)) ds, m^3 = 1 + (l^3 - 1) A^3/B^3,
+
+    and of W(s^-2, s, s) the difference of tensions is s W'(s) / 2. The state is the first with this pressure on the way
+    from rest. Raises Refused where no state has it, or where the body is not of that kind.
+    """
+
+    inner: float  # m, A
+    outer: float  # m, B
+    rubber: Rubber
+    poisson: float  # 1
+    pressure: float  # Pa
+    centre: Vector  # m
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.outer) and 0.0 < self.inner < self.outer):
+            raise Refused(f"the radii are {self.inner:g} and {self.outer:g}", "the hollow is smaller than the ball")
+        must_keep_its_volume(self.poisson)
+        if not (math.isfinite(self.pressure) and self.pressure > 0.0):
+            raise Refused(f"the pressure is {self.pressure:g} Pa", "it acts in the hollow, and outward")
+
+    def at(self, e: Array) -> Array:
+        """Pressures (n,), Pa, at logarithms of the hollow's stretch (n,); NaN beyond the domain of the law."""
+        least = np.log1p(np.expm1(3.0 * e) * (self.inner / self.outer) ** 3) / 3.0
+        x, w = self._rule
+        half = 0.5 * (e - least)
+        s = (least + half)[:, None] + half[:, None] * x
+        tensions = self.rubber.tensions(np.stack([-2.0 * s, s, s]).reshape(3, -1))
+        across = (tensions[1] - tensions[0]).reshape(s.shape)
+        found: Array = half * ((2.0 * across / np.expm1(3.0 * s)) @ w)
+        return found
+
+    @cached_property
+    def _rule(self) -> tuple[Array, Array]:
+        return np.polynomial.legendre.leggauss(POINTS)
+
+    def _one(self, e: float) -> float:
+        return float(self.at(np.array([e]))[0])
+
+    @cached_property
+    def path(self) -> tuple[Array, Array]:
+        """Logarithms of the stretch, from rest outward, and pressures, Pa, as far as the law's domain goes."""
+        e = np.arange(STEP, math.log(LARGEST), STEP)
+        with np.errstate(all="ignore"):
+            p = self.at(e)
+        known = np.isfinite(p)
+        end = len(p) if known.all() else int(np.argmin(known))
+        return e[:end], p[:end]
+
+    @cached_property
+    def limit(self) -> tuple[float, float] | None:
+        """The stretch of the hollow and the pressure, Pa, at the first maximum; None where it grows on and on."""
+        e, p = self.path
+        falls = np.flatnonzero(p[1:] < p[:-1])
+        if not len(falls):
+            return None
+        low, high = float(e[max(falls[0] - 1, 0)]), float(e[min(falls[0] + 1, len(e) - 1)])
+        for _ in range(HALVINGS):  # thirds
+            a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
+            if not low < a < b < high:
+                break
+            low, high = (a, high) if self._one(a) < self._one(b) else (low, b)
+        top = 0.5 * (low + high)
+        return math.exp(top), self._one(top)
+
+    @cached_property
+    def opened(self) -> float:
+        """The logarithm of the hollow's stretch in the first state with this pressure. Raises Refused."""
+        e, p = self.path
+        above = np.flatnonzero(p >= self.pressure)
+        limit = self.limit
+        if limit is not None and limit[1] >= self.pressure and (not len(above) or math.log(limit[0]) < e[above[0]]):
+            low, high = 0.0, math.log(limit[0])
+        elif len(above):
+            low, high = (float(e[above[0] - 1]) if above[0] else 0.0), float(e[above[0]])
+        else:
+            most = float(p.max()) if len(p) else 0.0
+            raise Refused(f"no state has a pressure of {self.pressure:g} Pa", f"it comes to {most:.6g} Pa at most")
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
+            low, high = (middle, high) if self._one(middle) < self.pressure else (low, middle)
+        return 0.5 * (low + high)
+
+    @property
+    def stretch(self) -> float:
+        """Of the hollow."""
+        return math.exp(self.opened)
+
+    @property
+    def estimated_error(self) -> float:
+        """What rounding of the pressure makes of the hollow, m: much where the pressure hardly changes."""
+        e = self.opened
+        slope = (self._one(e + 1e-5) - self._one(e - 1e-5)) / 2e-5
+        least = ROUNDING * self.outer * self.stretch
+        return least + ROUNDING * abs(self.pressure / slope) * self.inner * self.stretch if slope else math.inf
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m. Raises Refused for what is no point, or has none."""
+        away = points_of(X) - np.asarray(self.centre)
+        R = np.linalg.norm(away, axis=1)
+        more = math.expm1(3.0 * self.opened) * self.inner**3
+        grown = np.expm1(np.log1p(more / R**3) / 3.0)
+        found: Array = grown[:, None] * away
+        return found
+
+
+@dataclass(frozen=True)
+class Inflation(Reference):
+    """A thick-walled ball of incompressible rubber that a pressure within blows up.
+
+    It is the first state with that pressure on the way from rest.
+    Of many laws the pressure has a maximum, beyond which the ball grows while it falls, and often a minimum, from which
+    on it rises again: a pressure above the maximum is met only there, as on a path that `static(path = arc_length)`
+    follows, and a report has the `limit` of both. It takes a `spherical_shell(part = octant)`, or a `quarter_ring` of
+    circles that turns, held by `symmetric` on its planes, with `poisson = 0.5`, of `neo_hookean`, `mooney_rivlin`,
+    `ogden`, `yeoh`, `gent`, `fung`, `veronda_westmann` or `arruda_boyce`, and one `pressure` on all of its hollow.
+    Source: Green and Shield 1950, Finite elastic deformation of incompressible isotropic bodies, Proc. R. Soc. A 202,
+    407-419; Ogden 1984, Non-linear elastic deformations, section 5.3.
+    """
+
+    body: Annotated[Any, "body", "the ball"]
+
+    about: ClassVar[About] = "inflation"
+    means: ClassVar[str] = "closed form"
+    source: ClassVar[str] = "Green and Shield 1950, Proc. R. Soc. A 202, 407-419; Ogden 1984, section 5.3"
+    error_meaning: ClassVar[str] = "rounding of the displacement, m: one integral, by Gauss's rule to rounding"
+
+    def solve(self, ball: BlownBall) -> BlownBall:
+        """What it says; that no state has this pressure is said at once. Raises Refused."""
+        ball.opened  # noqa: B018
+        return ball

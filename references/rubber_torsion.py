@@ -1,0 +1,132 @@
+"""Torsion of a cylinder of incompressible rubber by any angle: a closed form with a torque and a thrust."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+from softmark.references.beam_centre_line import points_of
+from softmark.references.reference_base import About, Reference
+from softmark.references.rubber_energies import Rubber, must_keep_its_volume
+from softmark.references.straight_cantilever import Refused, Vector
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+POINTS = 64  # of Gauss and Legendre along the radius: polynomials and smooth functions to rounding
+ROUNDING = 16.0 * 2.0**-52  # relative, of a displacement
+
+
+@dataclass(frozen=True)
+class TwistedCylinder:
+    """A solid circular cylinder of rubber that keeps its volume, one end held, the other turned. SI units.
+
+    Every section turns by tau z about the axis, z from the held end, and nothing else moves (Rivlin 1949), whatever the
+    law is. At r it is sheared by g = tau r, with principal stretches of exp(e), 1 and exp(-e), sinh e = g/2, and axes
+    in the plane of theta and z. With the stresses that the law has for these, and the side free of tractions,
+
+        torque = 2 pi int r^2 t_theta_z dr, thrust = -pi int r (2 (t_zz - t_rr) - (t_theta_theta - t_rr)) dr,
+
+    and energy = 2 pi L int r W dr: of a neo-Hookean solid mu tau pi R^4 / 2, mu tau^2 pi R^4 / 4 and mu tau^2 pi R^4
+    L / 4. The thrust is what the ends press with: free, the cylinder grows longer (Poynting).
+    Raises Refused where the cylinder is not of that kind.
+    """
+
+    length: float  # m
+    radius: float  # m
+    rubber: Rubber
+    poisson: float  # 1
+    root: Vector  # m, the centre of the held end
+    axis: Vector  # unit vector, from the held end to the turned one
+    angle: float  # rad, right-handed about the axis
+
+    def __post_init__(self) -> None:
+        for name, value in (("length", self.length), ("radius", self.radius)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise Refused(f"the {name} is {value:g}", "it must be positive")
+        must_keep_its_volume(self.poisson)
+        if not math.isfinite(self.angle):
+            raise Refused("the angle is not finite", "give a finite angle")
+
+    @property
+    def twist(self) -> float:
+        """tau, rad/m."""
+        return self.angle / self.length
+
+    @property
+    def torque(self) -> float:
+        """Of the turned end about the axis, N m."""
+        r, w, e, (along, _, across) = self._sheared
+        sine = 1.0 / np.cosh(e)  # of twice the angle between theta and the axis that is stretched
+        return float(2.0 * math.pi * math.copysign(1.0, self.angle) * w @ (r**2 * 0.5 * (along - across) * sine))
+
+    @property
+    def thrust(self) -> float:
+        """What both ends press the cylinder together with, N."""
+        r, w, e, (along, radial, across) = self._sheared
+        cosine, mean, half = np.tanh(e), 0.5 * (along + across) - radial, 0.5 * (along - across)
+        return float(-math.pi * w @ (r * (2.0 * (mean - half * cosine) - (mean + half * cosine))))
+
+    @property
+    def energy(self) -> float:
+        """That is stored, J."""
+        r, w, e, _ = self._sheared
+        W = self.rubber.energy(np.stack([e, 0.0 * e, -e]))
+        return float(2.0 * math.pi * self.length * w @ (r * W))
+
+    @property
+    def _sheared(self) -> tuple[Array, Array, Array, Array]:
+        """Radii and weights of Gauss's rule (n,), m, logarithms of the stretch e (n,), and stresses (3, n), Pa."""
+        x, w = np.polynomial.legendre.leggauss(POINTS)
+        r = 0.5 * self.radius * (x + 1.0)
+        e = np.arcsinh(0.5 * abs(self.twist) * r)
+        return r, 0.5 * self.radius * w, e, self.rubber.tensions(np.stack([e, 0.0 * e, -e]))
+
+    @property
+    def estimated_error(self) -> float:
+        """Rounding of a displacement, m."""
+        return ROUNDING * (self.length + self.radius)
+
+    def displacement(self, X: Array) -> Array:
+        """Of points X (n, 3) of the undeformed body (n, 3), m: sections turn. Raises Refused for what is no point."""
+        from_root = points_of(X) - np.asarray(self.root)
+        n = np.asarray(self.axis)
+        angle = self.twist * (from_root @ n)
+        across = np.cross(n, from_root)
+        circles = np.sin(angle)[:, None] * across + (1.0 - np.cos(angle))[:, None] * np.cross(n, across)
+        found: Array = circles
+        return found
+
+
+@dataclass(frozen=True)
+class Torsion(Reference):
+    """A cylinder of incompressible rubber that is twisted by any angle: displacements, torque and thrust.
+
+    Every section turns in its plane by its share of the angle, whatever the law; of neo-Hookean rubber the ends carry a
+    torque mu tau pi R^4 / 2 and a thrust mu tau^2 pi R^4 / 4, tau the angle by the length, and of others what integrals
+    over the radius say. Metrics `moment`, `force` and `strain_energy` may be held against them. It takes a solid
+    cylinder with `poisson = 0.5` of `neo_hookean`, `neo_hookean_isochoric`, `mooney_rivlin`, `ogden`, `yeoh`, `gent`,
+    `fung`, `veronda_westmann` or `arruda_boyce`, one end of it `fixed` and the other `turned` about the cylinder's
+    axis, both whole, and nothing else that holds or loads it.
+    Source: Rivlin 1949, Large elastic deformations of isotropic materials VI, Phil. Trans. R. Soc. A 242, 173-195.
+    """
+
+    body: Annotated[Any, "body", "the cylinder"]
+
+    about: ClassVar[About] = "torsion"
+    with_forces: ClassVar[bool] = True
+    means: ClassVar[str] = "closed form"
+    source: ClassVar[str] = "Rivlin 1949, Phil. Trans. R. Soc. A 242, 173-195"
+    error_meaning: ClassVar[str] = "rounding of the displacement, m: the formula solves its equation exactly"
+
+    def solve(self, cylinder: TwistedCylinder) -> TwistedCylinder:
+        """What it says: the closed form is that of the cylinder itself. Raises Refused beyond the domain of its law."""
+        if not math.isfinite(cylinder.torque):
+            raise Refused("it is twisted beyond what its law has a stress for", "turn it by less")
+        return cylinder

@@ -1,0 +1,180 @@
+"""Points that were tracked from one state of a body to another: beads, ink dots, corners.
+
+A table is a CSV file. Lines before its header are titles and are not read. The header names the columns, in any order:
+
+    x0, y0, z0     position at rest
+    x1, y1, z1     position in state 1; x2, y2, z2 in state 2, and so on
+    i, j, k        optional: indices of points that lie on a grid
+    name           optional: what a point is called
+
+Rows in which a position is missing are left out, and the number of them is stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from io import TextIOWrapper
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+from softmark.records import dataclass
+from softmark.references.data_download import find, source_of
+from softmark.references.measured_data import Frame, MeasuredPoints, Unreadable, Vector
+from softmark.references.reference_base import How, Reference
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import open_regular
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.references.lazy_imports import np
+
+REST = ("x0", "y0", "z0")
+
+
+@dataclass(frozen=True)
+class TrackedPoints(Reference):
+    """Points of a body that were tracked while it was loaded: a table of positions at rest and in other states.
+
+    The table is a CSV file whose header names the columns x0, y0, z0 at rest, x1, y1, z1 in state 1 and so on, and
+    optionally i, j, k or name; lines before the header are titles. `state` is the one that is compared, or `states`
+    those of each state of the analysis, `rest` the one that displacements start from. `x` and `z` say which directions
+    of the file are the scene's axes, y follows; `unit` is the length of one unit of the file; `origin` is where the
+    file's origin lies.
+
+    `uncertainty` is how far any displacement may be from the true one: differences below it say nothing. A path
+    that begins with `data:` names a public data set, which is downloaded once.
+    Source: whoever measured it, as `citation` or the data set says.
+    """
+
+    path: Annotated[str, "file", "the table, relative to the scene, or a data set such as `data:...`"]
+    unit: Annotated[float, "m in (0, inf)", "length of one unit of the table's positions"]
+    uncertainty: Annotated[float, "m in [0, inf)", "how far a measured displacement may be from the true one"]
+    state: Annotated[int, "1 in [0, 1000]", "which state is compared, by the number in its columns"] = 1
+    states: Annotated[
+        Any | None, "values of 1 in [0, 1000]", "the same of each state of the analysis, in its order"
+    ] = None
+    rest: Annotated[int, "1 in [0, 1000]", "which state displacements start from"] = 0
+    x: Annotated[Vector, "direction", "which direction of the file is the scene's x axis"] = (1.0, 0.0, 0.0)
+    z: Annotated[Vector, "direction", "which direction of the file is the scene's z axis"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector, "m", "where the file's origin lies in the scene"] = (0.0, 0.0, 0.0)
+    citation: Annotated[str, "who measured it"] = ""
+    body: Annotated[str | None, "body", "the body, where a scene has several"] = None
+
+    how: ClassVar[How] = "measured"
+    table: ClassVar[str] = "no table of tracked points"
+    source: ClassVar[str] = "the file that the scene names"
+    error_meaning: ClassVar[str] = "uncertainty of a measured displacement, m, as the scene states it"
+
+    def unfit(self) -> tuple[str, str] | None:
+        """Why the table is none of tracked points in these states, and what to do, without a number being read."""
+        try:
+            states = read_table(Path(self.path)).states
+        except Unreadable as error:
+            return error.reason, error.remedy
+        compared = (self.state,) if self.states is None else self.states.values
+        lacking = next((s for s in (self.rest, *compared) if s not in states), None)
+        if lacking is None:
+            return None
+        return f"the table has no state {lacking:g}", f"its states are {', '.join(map(str, states))}"
+
+    def in_state(self, number: int, value: float) -> Self:
+        """The points in one state of the analysis, counted from 0."""
+        if self.states is None or number >= len(self.states.values):  # too few are refused when a scene is checked
+            return self
+        return replace(self, state=int(self.states.values[number]), states=None)
+
+    def load(self, beside: Path | None = None) -> MeasuredPoints:
+        """The points at rest and their displacements, in the scene's frame. Raises Unreadable."""
+        table = read_table(find(self.path, beside))
+        rest, now = (table.positions(state) for state in (self.rest, self.state))
+        there = np.asarray(np.isfinite(np.hstack([rest, now])).all(axis=1))
+        if not there.any():
+            raise Unreadable(table.name, f"no point has a position in states {self.rest} and {self.state}",
+                             "repair the table")  # fmt: skip
+        frame = Frame(self.unit, self.x, self.z, self.origin)
+        gone = int((~there).sum())
+        return MeasuredPoints(
+            frame.points(rest[there], table.name),
+            frame.vectors((now - rest)[there], table.name),
+            self.uncertainty,
+            source_of(self.citation, self.path, table.name),
+            tuple(name for name, kept in zip(table.names, there, strict=True) if kept),
+            table.grid(there),
+            (f"{gone} of {len(there)} points without a position are left out",) if gone else (),
+        )
+
+
+@dataclass(frozen=True)
+class MarkerTable:
+    """The rows of a table of tracked points, by column."""
+
+    name: str
+    columns: dict[str, tuple[str, ...]]
+
+    @property
+    def states(self) -> list[int]:
+        """The numbers of the states that have three columns."""
+        numbers = (c[1:] for c in self.columns if c[:1] == "x" and c[1:].isdecimal())
+        return sorted(int(n) for n in numbers if all(a + n in self.columns for a in "yz"))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the points are called: by name, by index, or by row."""
+        if "name" in self.columns:
+            return self.columns["name"]
+        if all(c in self.columns for c in "ijk"):
+            return tuple(",".join(row) for row in zip(*(self.columns[c] for c in "ijk"), strict=True))
+        return tuple(str(i + 1) for i in range(len(self.columns[REST[0]])))
+
+    def positions(self, state: int) -> Array:
+        """Positions (n, 3) in a state, in the table's units; nan where there is none. Raises Unreadable."""
+        if state not in self.states:
+            listed = ", ".join(map(str, self.states))
+            raise Unreadable(self.name, f"the table has no state {state}", f"its states are {listed}")
+        return np.stack([self._numbers(f"{axis}{state}") for axis in "xyz"], axis=1)
+
+    def grid(self, kept: NDArray[np.bool_]) -> NDArray[np.int64] | None:
+        """Indices i, j, k (n, 3) of the points, where the table has them."""
+        if not all(c in self.columns for c in "ijk"):
+            return None
+        return np.stack([self._numbers(c) for c in "ijk"], axis=1)[kept].astype(np.int64)
+
+    def _numbers(self, column: str) -> Array:
+        values = np.full(len(self.columns[column]), np.nan)
+        for row, text in enumerate(self.columns[column]):
+            try:
+                values[row] = float(text) if text else np.nan
+            except ValueError:
+                raise Unreadable(self.name, f"`{text}` in column {column} is no number",
+                                 "leave a field empty where a position is missing") from None  # fmt: skip
+        return values
+
+
+def read_table(file: Path) -> MarkerTable:
+    """A table of tracked points. Raises Unreadable."""
+    import csv
+
+    try:
+        with limited_resources(file), TextIOWrapper(open_regular(file), encoding="utf-8-sig", newline="") as lines:
+            rows = [[text.strip() for text in row] for row in csv.reader(lines)]
+    except (OSError, UnicodeDecodeError, csv.Error, MemoryError) as error:
+        raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", "give a CSV file in UTF-8") from None
+    at = next((i for i, row in enumerate(rows) if set(REST) <= {c.lower() for c in row}), None)
+    if at is None:
+        raise Unreadable(file.name, "it has no header with x0, y0, z0, the positions at rest",
+                         "name the columns x0, y0, z0, x1, y1, z1 and so on")  # fmt: skip
+    return MarkerTable(file.name, _columns(file.name, [c.lower() for c in rows[at]], rows[at + 1 :]))
+
+
+def _columns(name: str, header: list[str], rows: Iterable[list[str]]) -> dict[str, tuple[str, ...]]:
+    filled = [row for row in rows if any(row)]
+    wrong = next((row for row in filled if len(row) != len(header)), None)
+    if wrong is not None or not filled:
+        what = f"a row has {len(wrong)} fields, its header {len(header)}" if wrong else "it has no rows"
+        raise Unreadable(name, what, "give each point one row")
+    return {c: column for c, column in zip(header, zip(*filled, strict=True), strict=True) if c}

@@ -1,0 +1,178 @@
+"""A solid: a mesh, a material, and how strain is measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import MISSING, fields
+from functools import cached_property
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.ranges import Range
+from softmark.records import dataclass
+from softmark.solvers.assembly.elastic_energy_factory import elastic_energy
+from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass, mass_points
+from softmark.solvers.elements import ELEMENTS
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.materials import MATERIALS, STRAINS, Isotropic, law_for
+from softmark.solvers.mesh.element_interpolation import Integration, integration, locate
+from softmark.solvers.mesh.mesh import Mesh, jacobians
+
+Where = Callable[[Floats], NDArray[np.bool_]]  # of points (n, 3) in m, which are meant (n,)
+
+
+def material(name: str, **constants: Any) -> Isotropic:
+    """A material by its name in MATERIALS: of `young`, `poisson` and `density`, or constants of its own, in SI units.
+
+    Of what stands in place of another, such as `poisson` and `bulk`, one is given. Lists of constants are tuples.
+    Raises ValueError for a name or a constant that there is not, one that lacks, and a value out of its range.
+    """
+    if name not in MATERIALS:
+        raise ValueError(f"no material is called {name!r}: there are {', '.join(MATERIALS)}")
+    cls = MATERIALS[name]
+    known = {f.name for f in fields(cls) if f.init}
+    needed = {f.name for f in fields(cls) if f.init and f.default is MISSING}
+    wrong = (constants.keys() - known) | (needed - constants.keys())
+    for both in getattr(cls, "either", ()):
+        if len(constants.keys() & set(both)) != 1:
+            wrong |= set(both)
+    if wrong:
+        raise ValueError(f"{name} is made of {', '.join(sorted(known))}; look at {', '.join(sorted(wrong))}")
+    hints = get_type_hints(cls, include_extras=True)
+    for constant, value in constants.items():
+        _must_fit(constant, value, hints[constant])
+    return cls(**constants)
+
+
+def _must_fit(constant: str, value: Any, hint: Any) -> None:
+    """Raises ValueError for a value that is out of the range of its annotation."""
+    kind, *said = get_args(hint)
+    if get_origin(kind) is Literal:
+        if value not in get_args(kind):
+            raise ValueError(f"{constant} = {value!r} is none of {', '.join(get_args(kind))}")
+        return
+    unit, meaning = said
+    range = Range.read(unit)
+    for one in value if isinstance(value, tuple) else (value,):
+        if not (math.isfinite(one) if range is None else one in range):
+            raise ValueError(f"{constant} = {one} is outside its range, {unit} ({meaning})")
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A mesh of a material.
+
+    `strain` is `finite` (the material's own law), `corotational` or `small` (its moduli at rest). Cells have
+    displacements alone: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff, and
+    quadratic ones later; not so `hex8` with `integration` `selective`, the volume at the centre of each cell only.
+    Raises ValueError for a mesh that is none, a strain or an integration that there is not, an incompressible
+    material, and NoFiniteLaw for a material without a law of finite strain.
+    """
+
+    mesh: Mesh
+    material: Isotropic
+    strain: Literal["small", "corotational", "finite"] = "finite"
+    integration: Literal["full", "selective"] = "full"
+
+    def __post_init__(self) -> None:
+        if self.strain not in STRAINS:
+            raise ValueError(f"no strain is called {self.strain!r}: there are {', '.join(STRAINS)}")
+        if self.integration not in ("full", "selective"):
+            raise ValueError(f"cells are integrated in full or selectively, not {self.integration!r}")
+        fit = [name for name, element in ELEMENTS.items() if self.integration in element.integrations]
+        if self.mesh.element.name not in fit:
+            raise ValueError(f"{', '.join(fit)} alone is integrated selectively, not {self.mesh.kind}")
+        if self.material.incompressible:
+            raise ValueError("a Poisson's ratio of 0.5 has no finite bulk modulus: cells of displacements take less")
+        _must_be_sound(self.mesh)
+        law_for(self.material, self.strain)
+
+    @property
+    def points(self) -> Floats:
+        """Nodes of the undeformed mesh (n, 3), m."""
+        return self.mesh.points
+
+    def nodes(self, where: Where) -> Ints:
+        """Numbers of the nodes that are selected (k,). Raises ValueError if none is."""
+        found = np.flatnonzero(_selected(where, self.points))
+        if not len(found):
+            raise ValueError(f"no node is selected: {self._spans}")
+        return found
+
+    def facets(self, where: Where) -> Ints:
+        """Boundary facets (f, k) all of whose nodes are selected, outward. Raises ValueError if none is.
+
+        Facets are taken whole: choose the mesh so that its lines lie where the selection ends.
+        """
+        facets = self.mesh.facets
+        found: Ints = facets[_selected(where, self.points)[facets].all(axis=1)]
+        if not len(found):
+            raise ValueError(f"no facet of the boundary is selected: {self._spans}")
+        return found
+
+    def at(self, X: Any, values: Floats, beyond: float = 0.0) -> Floats:
+        """Values at the nodes (n, 3), at points X (p, 3) of the undeformed body, m (p, 3).
+
+        Raises ValueError for a point that lies more than `beyond` (m) outside the mesh, whose facets are inscribed in a
+        curved surface.
+        """
+        place = locate(self.mesh, np.array(X, dtype=np.float64).reshape(-1, 3))
+        if (farthest := float(place.outside.max(initial=0.0))) > beyond:
+            raise ValueError(f"a point lies {farthest:.3g} m outside the mesh: {self._spans}")
+        return place.interpolate(values)
+
+    @property
+    def _spans(self) -> str:
+        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        return "the mesh spans " + ", ".join(f"{a:.6g} to {b:.6g} m" for a, b in zip(low, high, strict=True))
+
+    @cached_property
+    def parts(self) -> Integration:
+        """Gradients of shape functions and volumes at the integration points."""
+        return integration(self.mesh)
+
+    @cached_property
+    def elastic(self) -> Elastic:
+        """The law at all integration points."""
+        return Elastic(self.mesh.cells, self.parts.dNdX, self.parts.w, law_for(self.material, self.strain))
+
+    def energy(self, strain: str) -> Energy:
+        """Its elastic energy with a measure of strain, in the form that is solved soonest."""
+        selective = self.integration == "selective"
+        return elastic_energy(self.mesh, self.elastic, self.material, strain, selective)
+
+    def mass(self, lumped: bool = False) -> Any:
+        """The mass matrix, kg: sparse (3n, 3n), or its diagonal (3n,)."""
+        N, w = mass_points(self.points, self.mesh.cells, self.mesh.element)
+        form = lumped_mass if lumped else consistent_mass
+        return form(self.mesh.cells, N, w, self.material.density, len(self.points))
+
+    def sound(self, x: Floats) -> bool:
+        """Whether no cell is inside out in a state (3n,); small strain knows no such thing."""
+        return self.strain == "small" or bool(np.all(np.linalg.det(self.elastic.F(x)) > 0.0))
+
+
+def _selected(where: Where, points: Floats) -> NDArray[np.bool_]:
+    found = np.asarray(where(points))
+    if found.shape != (len(points),) or found.dtype != np.bool_:
+        raise ValueError(
+            f"a selection gives True or False for each of {len(points)} points, not {found.dtype} {found.shape}"
+        )
+    return found
+
+
+def _must_be_sound(mesh: Mesh) -> None:
+    """Raises ValueError where arrays are not a mesh, or a cell is inside out."""
+    points, cells, nodes = mesh.points, mesh.cells, mesh.element.nodes
+    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+        raise ValueError(f"points are finite numbers (n, 3) in m, not {points.shape}")
+    if cells.ndim != 2 or cells.shape[1] != nodes or not len(cells):
+        raise ValueError(f"cells of {mesh.kind} are numbers of nodes (m, {nodes}), not {cells.shape}")
+    if not np.array_equal(np.unique(cells), np.arange(len(points))):
+        raise ValueError(f"cells name each of the {len(points)} points from 0, and no others")
+    if not np.all(least := jacobians(mesh, mesh.element.quadrature()[0]).min(axis=1) > 0.0):
+        raise ValueError(f"{np.count_nonzero(~least)} of {len(cells)} cells are flat or inside out")

@@ -1,0 +1,52 @@
+"""What holds a solid: displacements that are imposed on nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.api.elastic_solid import Solid
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.sparse.rigid_body_modes import rigid_motions
+
+
+@dataclass(frozen=True)
+class Clamp:
+    """Degrees of freedom (c,) that are held, and their displacements (c,), m."""
+
+    dofs: Ints
+    values: Floats
+
+
+def clamp(solid: Solid, nodes: Ints, by: tuple[float, float, float] = (0.0, 0.0, 0.0), along: str = "xyz") -> Clamp:
+    """Nodes (k,) that move by `by` (m) along some of x, y and z, and are free along the others. Raises ValueError."""
+    nodes, axes = np.asarray(nodes), sorted("xyz".find(a) for a in along)
+    if not axes or axes[0] < 0 or len(set(axes)) < len(axes):
+        raise ValueError(f"a clamp holds along some of x, y and z, not {along!r}")
+    if nodes.dtype.kind not in "iu" or not np.isin(nodes, np.arange(len(solid.points))).all():
+        raise ValueError(f"nodes are numbers from 0 to {len(solid.points) - 1}")
+    if not np.isfinite(by).all():
+        raise ValueError(f"a clamp moves by finite lengths, not {by}")
+    dofs = (3 * np.unique(nodes)[:, None] + axes).ravel()
+    return Clamp(dofs, np.tile(np.array(by, dtype=np.float64)[axes], len(dofs) // len(axes)))
+
+
+def held(solid: Solid, clamps: Sequence[Clamp], free: bool = False) -> tuple[Ints, Floats]:
+    """Degrees of freedom of all clamps, each once, and their displacements. Raises ValueError.
+
+    Where two clamps hold one to different values; where none is left to deform; and where a rigid motion is left,
+    unless the solid may be `free`.
+    """
+    every = np.concatenate([np.zeros(0, dtype=np.int64), *(c.dofs for c in clamps)])
+    values = np.concatenate([np.zeros(0), *(c.values for c in clamps)])
+    dofs, first, back = np.unique(every, return_index=True, return_inverse=True)
+    if not np.array_equal(values[first][back], values):
+        raise ValueError("two clamps hold one node to different places")
+    if len(dofs) == solid.points.size:
+        raise ValueError("clamps hold all nodes: nothing is left to deform")
+    rank = np.linalg.matrix_rank(rigid_motions(solid.points, dofs)) if len(dofs) else 0
+    if rank < 6 and not free:
+        raise ValueError(f"clamps leave {6 - rank} of 6 rigid motions free: nothing resists them")
+    return dofs, values[first]

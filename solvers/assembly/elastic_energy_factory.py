@@ -1,0 +1,68 @@
+"""The elastic energy of a mesh: of a material and a measure of strain, in the form that is solved soonest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from softmark.solvers.assembly.pressure_predictor import MixedPoints, volumetric
+from softmark.solvers.energies.corotational_tets import CorotationalTets
+from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, Together
+from softmark.solvers.energies.energy import Energy
+from softmark.solvers.materials import Isotropic, drags_for, law_for, parts_for
+from softmark.solvers.materials.corotational import Corotational
+from softmark.solvers.mesh.element_interpolation import Integration, centre_rule, integration
+from softmark.solvers.mesh.mesh import Mesh
+
+
+def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False) -> Energy:
+    """The energy of a strain measure; `elastic` has the cells and points that it is integrated at."""
+    parts = elastic_parts(mesh, elastic, material, strain, selective)
+    first, *others = (_mixed(part, material, strain) for part in parts)
+    if others:
+        return Together((first, *others))
+    if isinstance(first.law, Corotational) and mesh.element.constant:
+        return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
+    return first
+
+
+def elastic_parts(
+    mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
+) -> tuple[Elastic, ...]:
+    """The law at all points; or, `selective` and where it comes apart, shear at all points and volume at the centre."""
+    laws = parts_for(material, strain) if selective else None
+    if laws is None:
+        whole, _ = drags_for(material, strain) or (None, None)
+        return (replace(elastic, law=law_for(material, strain), drag=whole),)
+    middle, mean = integration(mesh, rule=centre_rule(mesh.element)), _at_centre(material, elastic)
+    of_volume, (_, volume) = parts_for(mean, strain) or laws, drags_for(mean, strain) or (None, None)
+    centre = elsewhere(elastic, mesh, middle, of_volume[1], volume)
+    return replace(elastic, law=laws[0], drag=None), centre
+
+
+def _at_centre(material: Isotropic, elastic: Elastic) -> Isotropic:
+    """The material of the only point of a cell: where it varies within, of the means of its moduli."""
+    if not material.sampled:
+        return material
+    from softmark.solvers.materials.heterogeneous import averaged
+
+    return averaged(material, elastic.w)
+
+
+def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, drag: Any = None) -> Elastic:
+    """Another law over the same cells at other points: of a body of revolution, around its axis too."""
+    made = Elastic(mesh.cells, at.dNdX, at.w, law, drag=drag)
+    if type(elastic) is Elastic:
+        return made
+    from softmark.solvers.energies.axisymmetric import Revolved
+
+    return Revolved.of(made, at.N, mesh.points, elastic.depth) if isinstance(elastic, Revolved) else made
+
+
+def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:
+    """The same energy, able to take pressures that a step promises, where its law has a part of the volume alone."""
+    laws = parts_for(material, strain) if strain == "finite" else None
+    if laws is None or not volumetric(laws[1]) or part.law == laws[0] or type(part) is not Elastic:
+        return part
+    volume = part.law if volumetric(part.law) else laws[1]
+    return MixedPoints(part.cells, part.dNdX, part.w, part.law, drag=part.drag, volume=volume)

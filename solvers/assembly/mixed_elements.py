@@ -1,0 +1,38 @@
+"""Mixed energies of meshes: displacements, and the pressures that go with the element."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.elements import element_of
+from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
+from softmark.solvers.materials.volumetric_constraints import Mixed as Split
+from softmark.solvers.mesh.element_interpolation import Integration
+from softmark.solvers.mesh.mesh import Floats, Mesh
+from softmark.solvers.mesh.pressure_interpolation import pressures
+
+
+def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
+    """The mixed energy of a mesh: displacements, and behind them the pressures that go with its element.
+
+    Their unit is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix outweighs
+    another. Raises KeyError for an element without pressures.
+    """
+    known = pressures(mesh)
+    edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
+    at, body = 3 * len(mesh.points) + known.cells, (mesh.cells, parts.dNdX, parts.w)
+    pair = (split.shape, split.constraint, split.compliance)
+    N = known.N if parts.N.ndim == 2 else pressure_shapes(mesh, parts)
+    return MixedSolid(*body, *pair, at, N, len(mesh.points), mu, edge)
+
+
+def pressure_shapes(mesh: Mesh, parts: Integration) -> Floats:
+    """Shape functions of pressures (m, q, b) at points of their own in each cell, by those of displacements there.
+
+    Linear functions between corners are what nodes on straight edges make of them.
+    """
+    if mesh.element.pressures == "cell":
+        return np.ones((*parts.w.shape, 1))
+    nodal = element_of(mesh.element.linear).shape(mesh.element.places())
+    found: Floats = parts.N @ nodal
+    return found

@@ -1,0 +1,64 @@
+"""Energies and assemblies in single precision: geometry, state, stresses, forces and tangents as 32-bit numbers.
+
+Kernels are compiled for the types that they are called with, and keep sums over the nodes of one cell in double; what
+goes from one array to another is rounded to single.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.elastic_energy import Together
+from softmark.solvers.energies.energy import Energy, Floats
+
+RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
+GEOMETRY = ("dNdX", "w", "f", "p", "points", "bulk")  # fields that are numbers of the body and its loads
+
+
+def single(energy: Energy) -> Energy:
+    """The same energy with its numbers rounded to single precision."""
+    known: Any = energy
+    if isinstance(energy, Together):
+        return Together(tuple(single(part) for part in energy.parts))
+    rounded = {f.name: _rounded(getattr(known, f.name)) for f in fields(known) if f.name in GEOMETRY}
+    found: Energy = replace(known, **rounded)
+    return found
+
+
+def _rounded(value: Any) -> Any:
+    return value.astype(np.float32) if isinstance(value, np.ndarray) else value
+
+
+class SingleAssembly(Assembly):
+    """An assembly over single energies, with the pattern of one in double precision."""
+
+    kind: Any = np.float32
+    whole: Assembly
+
+    @classmethod
+    def of(cls, whole: Assembly) -> SingleAssembly:
+        """The same energies and loads in single precision."""
+        made = cls.__new__(cls)
+        made.__dict__.update(copy(whole).__dict__)
+        made.whole = whole
+        made.internal = tuple(single(e) for e in whole.internal)
+        made.loads = tuple(single(e) for e in whole.loads)
+        return made
+
+    @cached_property
+    def _gradients(self) -> float:
+        """The largest gradient of a shape function, 1/m: a last digit of a displacement is a strain times that."""
+        whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, Together) else (e,))]
+        steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
+        return max(steepest, default=0.0)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N: of strains near one, and of displacements."""
+        noise = self.whole.rounding(x)
+        return RATIO * noise * (1.0 + float(np.abs(x).max(initial=0.0)) * self._gradients)

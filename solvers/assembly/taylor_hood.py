@@ -1,0 +1,33 @@
+"""Energies of meshes of porous solids full of fluid: displacements, and pressures of Taylor and Hood."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.elements import element_of
+from softmark.solvers.energies.poroelastic import Permeable, Seeping
+from softmark.solvers.mesh.element_interpolation import Integration
+from softmark.solvers.mesh.mesh import Mesh
+from softmark.solvers.mesh.pressure_interpolation import pressures
+
+
+def seeping(mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: Permeable, turns: bool) -> Seeping:
+    """The energy of a porous solid: displacements, and behind them pressures; `pair` is its law and measure of volume.
+
+    The unit of pressures is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix
+    outweighs another. Raises KeyError for an element whose pressures are not continuous.
+    """
+    if mesh.element.pressures != "corners":
+        raise KeyError(mesh.kind)
+    known = pressures(mesh)
+    edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
+    at = 3 * len(mesh.points) + known.cells
+    nodal = element_of(mesh.element.linear).shape(mesh.element.places())  # (a, b): what those of pressures are there
+    slopes = nodal.T @ parts.dNdX
+    law, constraint = pair
+    return Seeping(
+        mesh.cells, parts.dNdX, parts.w, law, constraint, 0.0, at, known.N, len(mesh.points), mu, edge,
+        conservative=not turns, dNpdX=slopes, pores=pores, turns=turns,
+    )  # fmt: skip

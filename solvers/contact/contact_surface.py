@@ -1,0 +1,261 @@
+"""The surface of a mesh as fine triangles, or that of a slice as short lines, and points spread over its facets.
+
+Facets are split `parts` times along each side; corners of what they are split into go where shape functions take them.
+So a place on the surface is X + M x of the degrees of freedom x, M sparse: gradients and Hessians go back by M^T.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.contact.closest_face_points import away, least
+from softmark.solvers.contact.surface_points import SAME
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.plane_boundary import bordering
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Corners at rest `X` (v, d), m, which move by `M` (d v, dofs), and `faces` (t, d) of them, seen from outside.
+
+    `patch` (v,) numbers the pieces of the body that share no node; `samples` are the last `points` corners, on no
+    face: they stand for areas `A` (points,), m^2, and `of` says on which facet of the mesh each of them lies, as
+    `home` (t,) says of faces. Of a slice d is 2, and areas are those of all its thickness, or of rings.
+    """
+
+    X: Floats
+    M: Any
+    faces: Ints
+    patch: Ints
+    A: Floats
+    of: Ints
+    home: Ints
+
+    @property
+    def points(self) -> int:
+        """How many samples there are."""
+        return len(self.A)
+
+    @property
+    def corners(self) -> int:
+        """How many corners the faces have."""
+        return len(self.X) - self.points
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is that of a slice."""
+        return bool(self.X.shape[1] == 2)
+
+    @cached_property
+    def own(self) -> Ints:
+        """The face (points,) that each sample lies on at rest."""
+        order = np.argsort(self.home, kind="stable")
+        first, last = (np.searchsorted(self.home[order], self.of, side) for side in ("left", "right"))
+        sample = np.repeat(np.arange(self.points), last - first)
+        face = order[np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])]
+        p, t = self.X[self.corners + sample], self.X[self.faces[face]]
+        found: Ints = face[least(sample, np.linalg.norm(away(p, t), axis=1))]
+        return found
+
+    def places(self, x: Floats) -> Floats:
+        """Where its corners and samples are (v, d), m, in a state of which displacements come first."""
+        found: Floats = self.X + (self.M @ np.asarray(x, dtype=np.float64)[: self.M.shape[1]]).reshape(self.X.shape)
+        return found
+
+    @property
+    def edges(self) -> Ints:
+        """Sides of its faces (e, 2), each once; of a slice the faces themselves."""
+        if self.flat:
+            return self.faces
+        both = np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        return np.unique(both, axis=0)
+
+
+def skin_of(
+    mesh: Mesh, dofs: int, parts: int, where: Ints | None = None, flat: bool = False, depth: float = 0.0
+) -> Skin:
+    """The skin of a mesh with so many degrees of freedom; samples on facets `where` alone (s,), by their numbers.
+
+    Of a slice `flat`; with a `depth`, m, of one through a body of revolution areas are those of whole rings.
+    """
+    facets = np.flatnonzero(bordering(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
+    sampled = facets if where is None else np.intersect1d(facets, where)
+    split = _lines if flat else triangles
+    nodes, N, faces, home = _corners(mesh, facets, parts, split)
+    of, inside, A = _samples(mesh, sampled, parts, flat)
+    rows = sparse.vstack([N, inside]).tocsr()
+    d = 2 if flat else 3
+    X = rows @ mesh.points
+    if depth:
+        from softmark.solvers.energies.axisymmetric import around
+
+        A = A * around(X[N.shape[0] :, 0], depth)
+    M = sparse.kron(rows, sparse.eye(3, format="csr")[:d], format="csr")
+    M = sparse.csr_matrix((M.data, M.indices, M.indptr), shape=(M.shape[0], dofs))
+    M.eliminate_zeros()
+    patch = pieces_of(mesh)[np.concatenate([nodes, mesh.facets[of, 0]])]
+    return Skin(np.ascontiguousarray(X[:, :d]), M, faces, patch, A, of, home)
+
+
+def pieces_of(mesh: Mesh) -> Ints:
+    """The number of the piece that each node is of (n,): pieces share no node."""
+    from scipy.sparse.csgraph import connected_components
+
+    first = np.repeat(mesh.cells[:, 0], mesh.cells.shape[1])
+    n = len(mesh.points)
+    joined = sparse.coo_matrix((np.ones(len(first)), (first, mesh.cells.ravel())), shape=(n, n))
+    found: Ints = connected_components(joined, directed=False)[1].astype(np.int64)
+    return found
+
+
+def others(mesh: Mesh) -> Any:
+    """Nodes (n,) of all pieces but the first; None of a body in one piece."""
+    of = pieces_of(mesh)
+    return of > 0 if of.any() else None
+
+
+def triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:
+    """Local points (p, 2) of a facet, and triangles (t, 3) of them, counter-clockwise."""
+    facet = FACETS[nodes]
+    step = np.array([(i, j) for i in range(parts + 1) for j in range(parts + 1)])
+    number = np.arange((parts + 1) ** 2).reshape(parts + 1, parts + 1)
+    a, b, c, d = number[:-1, :-1].ravel(), number[1:, :-1].ravel(), number[1:, 1:].ravel(), number[:-1, 1:].ravel()
+    if facet.square:
+        return 2.0 * step / parts - 1.0, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    faces = np.concatenate([np.stack([a, b, d], axis=1), np.stack([b, c, d], axis=1)])
+    faces = faces[(step[faces].sum(axis=2) <= parts).all(axis=1)]
+    used, small = np.unique(faces, return_inverse=True)
+    return step[used] / parts, small.reshape(-1, 3)
+
+
+def _lines(nodes: int, parts: int) -> tuple[Floats, Ints]:
+    """Local points of a facet along its first coordinate, and lines (t, 2) of them; `_turned` where z is the first."""
+    t = np.linspace(-1.0, 1.0, parts + 1)
+    return np.stack([t, np.zeros(parts + 1)], axis=1), np.stack([np.arange(parts), np.arange(1, parts + 1)], axis=1)
+
+
+def _turned(mesh: Mesh, facets: Ints) -> Any:
+    """Facets of a slice (f,) whose first coordinate goes along z."""
+    z = mesh.points[mesh.facets[facets], 2]
+    return np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
+
+
+def _shapes(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
+    """Shape functions (f, p, k) at local points (p, 2); of a slice along its lines, means through its thickness.
+
+    What presses on a slice presses alike all through it: forces on its middle alone would bend facets of eight nodes.
+    """
+    facet = FACETS[mesh.facets.shape[1]]
+    if not flat:
+        return np.broadcast_to(facet.shape(xi), (len(facets), len(xi), facet.nodes)).copy()
+    across, w = np.polynomial.legendre.leggauss(2)
+    each = [np.stack([xi[:, 0], np.full(len(xi), s)], axis=1) for s in across]
+    one, other = (0.5 * sum(wi * facet.shape(X[:, ::way]) for X, wi in zip(each, w, strict=True)) for way in (1, -1))
+    found: Floats = np.where(_turned(mesh, facets)[:, None, None], other, one)
+    return found
+
+
+def _rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
+    """Shape functions (f, p, k) as rows over all nodes (f p, n)."""
+    f, p, k = N.shape
+    columns = np.repeat(mesh.facets[facets][:, None, :], p, axis=1)
+    layout = (N.ravel(), columns.ravel(), np.arange(0, f * p * k + 1, k))
+    found = sparse.csr_matrix(layout, shape=(f * p, len(mesh.points)))
+    found.data[np.abs(found.data) < SAME] = 0.0
+    found.eliminate_zeros()
+    return found
+
+
+def _corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, Any, Ints, Ints]:
+    """Corners that facets share are one: a node of each, their rows, the faces, and the facet of each face."""
+    xi, small = split(mesh.facets.shape[1], parts)
+    flat = small.shape[1] == 2
+    rows = _rows(mesh, facets, _shapes(mesh, facets, xi, flat))
+    mark = rows @ np.random.default_rng(0).random((len(mesh.points), 2))  # two numbers that tell any corner by its row
+    _, first, same = np.unique(np.round(mark / SAME).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    faces = same.ravel()[(len(xi) * np.arange(len(facets)))[:, None, None] + small]
+    if flat:
+        other = _way(mesh, facets, rows, xi)
+        faces[other] = faces[other][:, :, ::-1]
+    home = np.repeat(facets, len(small))
+    nodes = mesh.facets[facets[first // len(xi)], 0]
+    return nodes, rows[first], faces.reshape(-1, small.shape[1]), home
+
+
+def _way(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
+    """Lines of a slice (f,) that have the body on their right: they are to have it on their left."""
+    ends = (rows @ mesh.points).reshape(len(facets), len(xi), 3)
+    along = ends[:, -1] - ends[:, 0]
+    c = mesh.points[mesh.facets[facets][:, :4]]
+    out = np.cross(c[:, 2] - c[:, 0], c[:, 3] - c[:, 1])
+    return along[:, 1] * out[:, 0] - along[:, 0] * out[:, 1] < 0.0
+
+
+def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
+    """Gauss points of what facets are split into: the facet of each, its row, and the area that it stands for, m^2.
+
+    What presses on a facet presses half on its own samples and half on its flat parts, by samples of the other: so with
+    I N, linear on parts, instead of shape functions N. Samples have 2 N - I N, and both together N: a uniform pressure
+    does what it should at the nodes. (With N a patch of quadratic cells was off by 3 % at its worst point, now by less
+    than 0.4.) And a curved facet is as far within its samples as its flat parts are within it.
+    """
+    k = mesh.facets.shape[1]
+    facet = FACETS[k]
+    if flat:
+        t, w = np.polynomial.legendre.leggauss(2)
+        line = np.linspace(-1.0, 1.0, parts + 1)
+        half = 1.0 / parts
+        xi = np.stack([((line[:-1] + half)[:, None] + half * t).ravel(), np.zeros(2 * parts)], axis=1)
+        weights = np.tile(half * w, parts)
+    else:
+        xi, weights = _gauss(k, parts)
+    N = 2.0 * _shapes(mesh, facets, xi, flat) - _on_parts(mesh, facets, xi, parts, flat)
+    G = np.broadcast_to(facet.gradient(xi), (len(facets), len(xi), k, 2)).copy()
+    if flat:
+        turned = _turned(mesh, facets)
+        G[turned] = facet.gradient(xi[:, ::-1])
+    t = np.einsum("fpkj,fki->jfpi", G, mesh.points[mesh.facets[facets]])
+    area = np.linalg.norm(np.cross(t[0], t[1]), axis=2)
+    if flat:
+        area = 2.0 * area  # of the whole thickness, which the other coordinate goes through from -1 to 1
+    return np.repeat(facets, len(xi)), _rows(mesh, facets, N), (area * weights).ravel()
+
+
+def _on_parts(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
+    """Shape functions that are linear on the parts of facets (f, p, k), at local points (p, 2)."""
+    corners, small = (_lines if flat else triangles)(mesh.facets.shape[1], parts)
+    N = _shapes(mesh, facets, corners, flat)
+    if flat:
+        at = 0.5 * parts * (xi[:, 0] + 1.0)
+        part = np.minimum(at.astype(np.int64), parts - 1)
+        shares = np.stack([1.0 - (at - part), at - part], axis=1)
+    else:
+        T = corners[small]
+        way = np.linalg.inv(np.stack([T[:, 1] - T[:, 0], T[:, 2] - T[:, 0]], axis=2))
+        b = np.einsum("tij,ptj->pti", way, xi[:, None] - T[:, 0])
+        each = np.concatenate([1.0 - b.sum(axis=2, keepdims=True), b], axis=2)
+        part = each.min(axis=2).argmax(axis=1)  # that it lies in
+        shares = each[np.arange(len(xi)), part]
+    found: Floats = np.einsum("pc,fpck->fpk", shares, N[:, small[part]])
+    return found
+
+
+def _gauss(nodes: int, parts: int) -> tuple[Floats, Floats]:
+    """Local points (p, 2) and weights (p,) of a facet: three or four Gauss points in each of its parts."""
+    facet = FACETS[nodes]
+    if facet.square:
+        t, w = np.polynomial.legendre.leggauss(2)
+        middles = (2.0 * np.arange(parts) + 1.0) / parts - 1.0
+        line, each = (middles[:, None] + t / parts).ravel(), np.tile(w / parts, parts)
+        grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        return grid, np.outer(each, each).ravel()
+    corners, faces = triangles(nodes, parts)
+    inner = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
+    found: Floats = np.einsum("qa,tai->tqi", inner, corners[faces]).reshape(-1, 2)
+    return found, np.full(len(found), 0.5 / len(found))

@@ -1,0 +1,88 @@
+"""Whether points go through a rigid body on a straight way: in on one side of it and out of another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.rigid_transform import Posed, declared
+from softmark.solvers.contact.signed_distance.distance_function import Gap, inside
+from softmark.solvers.energies.energy import Floats
+
+LOOKS = 256  # along the way of a point that may have gone through
+LEAST = 1.0 / 512  # of a way that a look goes on by, or half as far as the middle of the body is deep
+SHORTEST = 1e-5  # of a motion: given up below
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the points of a contact are as seen from the rigid body: X (n, 3), m, with their gaps (n,), m."""
+
+    own: Gap
+    X: Floats
+    gaps: Floats
+
+
+def place(contact: Touching, x: Floats) -> Place:
+    """In a state."""
+    body, X = contact.body, contact.places(x)
+    if isinstance(body, Posed):
+        return Place(body.own, back := body.pose.back(X), body.own.gap(back))
+    return Place(body, X, body.gap(X))
+
+
+def in_front(contacts: Sequence[Touching], x: Floats, d: Floats, to: Sequence[Touching] | None = None) -> float:
+    """The part of a motion d (dofs,) from x, at most 1, that leads no point through a rigid body, by halves; 0: none.
+
+    Rigid bodies go to where they are in the contacts `to`, whatever the part; without these they stay.
+    """
+    ends = contacts if to is None else to
+    known = [(place(c, x), end) for c, end in zip(contacts, ends, strict=True) if _may(c, end, x, d)]
+    length = 1.0
+    while length > SHORTEST:
+        if not any(through(start, place(end, x + length * d)) for start, end in known):
+            return length
+        length *= 0.5
+    return 0.0
+
+
+def _may(start: Touching, end: Touching, x: Floats, d: Floats) -> bool:
+    """Whether a motion is long enough to lead through, and there is another side."""
+    way = end.places(x + d) - start.places(x)
+    far = float(np.sqrt(np.einsum("ni,ni->n", way, way).max(initial=0.0)))
+    moves = start.body is not end.body
+    return (moves or far > start.barrier.distance) and inside(declared(start.body)) < np.inf
+
+
+def through(start: Place, end: Place) -> bool:
+    """Whether a point has gone in on one side of the rigid body and is on its way out of another.
+
+    As seen from the rigid body, whose gap is 1-Lipschitz: points that have moved by less than their gaps at both ends
+    have touched nothing. A way is a straight line: over an edge it may cut it by half of its length.
+    """
+    step = end.X - start.X
+    far = np.sqrt(np.einsum("ni,ni->n", step, step))
+    doubt = np.flatnonzero(far > start.gaps + end.gaps)
+    if not len(doubt):
+        return False
+    n0, n1 = end.own.look(start.X[doubt])[1], end.own.look(end.X[doubt])[1]
+    turned = doubt[np.einsum("ni,ni->n", n0, n1) < 0.0]
+    return bool(len(turned)) and _cut(end.own, start.X[turned], end.X[turned], far[turned])
+
+
+def _cut(own: Gap, X0: Floats, X1: Floats, far: Floats) -> bool:
+    """Whether a straight way from X0 to X1 (n, 3) leads behind the surface."""
+    share, least = np.zeros(len(far)), np.minimum(LEAST, 0.5 * (inside(own) or np.inf) / far)
+    for _ in range(LOOKS):
+        g = own.gap(X0 + share[:, None] * (X1 - X0))
+        if (g < 0.0).any():
+            return True
+        share = share + np.maximum(g / far, least)
+        going = share < 1.0
+        if not going.any():
+            return False
+        share, X0, X1, far, least = (each[going] for each in (share, X0, X1, far, least))
+    return True  # not shown to be clear

@@ -1,0 +1,311 @@
+"""Coulomb friction between surfaces that both deform: what holds points of one to the other, up to what slides.
+
+Every point spread over a surface is pressed by a force of its own across that surface, and rubs along it on the nearest
+face of the other. How far it has gone along that since the last state is its own way less that of the point of the face
+beside it, and less what the turn of the face makes of the gap between them: so friction has no moment (`Hold`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.contact.closest_face_points import away, least, shares
+from softmark.solvers.contact.contact_surface import Skin
+from softmark.solvers.contact.deformable_contact import HALF, Colliding
+from softmark.solvers.contact.rigid_friction import TINY, Dual, Slip
+from softmark.solvers.energies.energy import Floats, Ints, Wandering
+
+PRESSED = 1e-12  # of the largest force: what is less is no contact
+ASIDE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point is taken
+SAME = 1e-9  # of a distance: faces that are as near but for rounding
+STRIDE = 0.25  # of a face: how far what rubs may be carried on at once
+GRIP = 10.0  # times the stiffness of the barrier over its distance: the spring of what sticks
+
+
+@dataclass(frozen=True)
+class Since:
+    """What a state leaves to the next: displacements `u` (dofs,), m, and of all samples the elastic way `s` (p, d), m,
+    with the normal `n` (p, d) that it is across."""
+
+    u: Floats
+    s: Floats
+    n: Floats
+
+
+@dataclass(frozen=True)
+class Hold:
+    """What presses in a state: `which` samples (m,), by forces `N` (m,), N, along normals `n` (m, d) of their surface.
+
+    `far` (m,), m, is their distance from `faces` (m,). Their ways along the surface (m d,), m, are `start` + `W` x of
+    displacements x (dofs,); W^T takes forces along the surface to nodes. `spring` (m,), N/m, holds each.
+    """
+
+    which: Ints
+    N: Floats
+    n: Floats
+    far: Floats
+    W: Any
+    start: Floats
+    spring: Floats
+    faces: Ints
+
+    def way(self, x: Floats) -> Floats:
+        """Of each sample since it last stuck, and in its spring, (m, d), m."""
+        found: Floats = (self.start + self.W @ np.asarray(x, dtype=np.float64)[: self.W.shape[1]]).reshape(self.n.shape)
+        return found
+
+    def slip(self, x: Floats, friction: float) -> Slip:
+        """How samples stand to where they last stuck; `t` is in N."""
+        return Slip.of(self.way(x), friction * self.N, self.spring)
+
+
+@dataclass(frozen=True)
+class Sliding(Wandering):
+    """`pressing`, with `friction`: each sample is pulled back by a spring, Pa/m, up to friction times its pressure.
+
+    Elastic and perfectly plastic (Wriggers 2006, ch. 5), from where the state before left it (`since`). With the forces
+    and places of an earlier iterate, a `lag`, there is an energy (Li et al. 2020); without there is none, and the
+    tangent is not symmetric.
+    """
+
+    pressing: Colliding
+    friction: float
+    since: Since | None = None
+    lag: Hold | None = None
+    dual: Dual | None = None
+    conservative: bool = False
+
+    @cached_property
+    def _kept(self) -> dict[str, Any]:
+        return {}
+
+    @property
+    def rubs(self) -> bool:
+        """Without a lag."""
+        return self.lag is None
+
+    @property
+    def skin(self) -> Skin:
+        """The surfaces."""
+        return self.pressing.skin
+
+    @property
+    def distance(self) -> float:
+        """Where the barrier begins, m."""
+        return self.pressing.distance
+
+    @property
+    def told(self) -> NDArray[np.bool_] | None:
+        """Nodes (n,) of all pieces but the first."""
+        found: NDArray[np.bool_] | None = self.pressing.told
+        return found
+
+    @property
+    def spring(self) -> float:
+        """Pa/m: as stiff as the body over the distance of the barrier."""
+        return GRIP * self.pressing.stiffness / self.pressing.distance
+
+    @property
+    def stride(self) -> float:
+        """A part of the middle one of all sides of faces, m: over a whole one, half of all corners hook in."""
+        skin = self.skin
+        return STRIDE * float(np.median(np.linalg.norm(np.diff(skin.X[skin.edges], axis=1), axis=2)))
+
+    # ------------------------------------------------------------------ what holds on to what
+
+    def hold(self, x: Floats) -> Hold:
+        """What presses in a state, and how it holds on; of the last state known already."""
+        if self._kept.get("x") is not x:
+            self._kept["x"], self._kept["hold"] = x, self._held(x)
+        found: Hold = self._kept["hold"]
+        return found
+
+    def _held(self, x: Floats) -> Hold:
+        skin, V = self.skin, self.skin.places(x)
+        n = _normals(V[skin.faces[skin.own]])
+        N = np.abs(np.einsum("pi,pi->p", n, self.pressing.forces(x)[skin.corners :]))
+        pairs = self.pressing.beside(x)
+        of = pairs[:, 0] - skin.corners
+        pairs = pairs[N[of] > PRESSED * N.max(initial=0.0)]
+        p, t = V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]]
+        nearest, far = _nearest(pairs, p, t)
+        pairs, p, t = pairs[nearest], p[nearest], t[nearest]
+        which = pairs[:, 0] - skin.corners
+        W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
+        spring = HALF * self.spring * skin.A[which]
+        return Hold(which, N[which], n[which], far, W, self._start(which, n[which], W), spring, pairs[:, 1])
+
+    def _start(self, which: Ints, n: Floats, W: Any) -> Floats:
+        """The part of ways (m d,), m, that is not of displacements: springs that are stretched, turned with normals."""
+        if self.since is None:
+            return np.zeros(n.size)
+        s, was = self.since.s[which], self.since.n[which]
+        along = np.einsum("mi,mi->m", s, n) / np.maximum(1.0 + np.einsum("mi,mi->m", was, n), TINY)
+        turned = np.where(np.einsum("mi,mi->m", was, n)[:, None] > 0.0, s - along[:, None] * (was + n), 0.0)
+        found: Floats = turned.ravel() - W @ self.since.u
+        return found
+
+    def lagged(self, x: Floats, before: Sliding | None = None, grips: bool = False) -> Sliding:
+        """The same with an energy, of what presses in a state, of which `before` was the law."""
+        return replace(self, lag=(before or self).hold(x), dual=Dual(), conservative=True)
+
+    def known(self, x: Floats, before: Sliding) -> Sliding:
+        """The same with an energy, and a tangent that remembers what it promised: for one descent."""
+        return self.lagged(x, before)
+
+    def softened(self, soft: float) -> Sliding:
+        """Itself: its barrier stops no step that is short of its surface."""
+        return self
+
+    def holds(self, x: Floats) -> bool:
+        """Whether something that presses sticks."""
+        hold = self.lag or self.hold(x)
+        return bool(np.any(~hold.slip(x, self.friction).slides))
+
+    # ------------------------------------------------------------------ what a state leaves
+
+    def settled(self, x: Floats) -> tuple[Since, Floats, float]:
+        """What a state leaves: to the next one, how far samples have slid in it (p,), m, and the heat, J."""
+        hold, skin = self.hold(x), self.skin
+        slip = hold.slip(x, self.friction)
+        s, n = np.zeros((2, skin.points, skin.X.shape[1]))
+        s[hold.which] = slip.along(slip.stretched)
+        n[hold.which] = hold.n
+        slid = np.zeros(skin.points)
+        slid[hold.which] = slip.slid
+        u = np.array(x, dtype=np.float64)[: skin.M.shape[1]]
+        return Since(u, s, n), slid, float(slip.t @ slip.slid)
+
+    def holding(self, since: Since) -> Sliding:
+        """The same from what another state has left on."""
+        return replace(self, since=since)
+
+    def lost(self, x: Floats) -> float:
+        """What friction has turned into heat since the state before, J: never negative."""
+        slip = self.hold(x).slip(x, self.friction)
+        return float(slip.t @ slip.slid)
+
+    def pressed(self, x: Floats) -> NDArray[np.bool_]:
+        """Which samples (p,) something presses on."""
+        return self.pressing.pressed(x)
+
+    # ------------------------------------------------------------------ energy
+
+    def stored(self, x: Floats) -> float:
+        """What the barrier gives back, and springs of what sticks, J."""
+        slip = self.hold(x).slip(x, self.friction)
+        return self.pressing.value(x) + 0.5 * float(slip.t @ slip.stretched)
+
+    def value(self, x: Floats) -> float:
+        """What the barrier stores, and of a lag what friction does, J; infinite where surfaces intersect."""
+        found = self.pressing.value(x)
+        if self.lag is None or not np.isfinite(found):
+            return found
+        return found + float(self.lag.slip(x, self.friction).energy.sum())
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the forces on all nodes, N."""
+        self.pressing.add_gradient(x, g, scale)
+        hold = self.lag or self.hold(x)
+        slip = hold.slip(x, self.friction)
+        f = hold.W.T @ slip.along(slip.t).ravel()
+        g[: len(f)] += scale * f
+
+    def matrix(self, x: Floats, projected: bool = False) -> Any:
+        """Of both, sparse (dofs, dofs), N/m: symmetric with a lag, or `projected`."""
+        hold = self.lag or self.hold(x)
+        slip = hold.slip(x, self.friction)
+        u = slip.s / np.maximum(slip.size, TINY)[:, None]
+        d, most = hold.n.shape[1], self.friction * hold.N
+        t = u
+        if self.lag is not None and self.dual is not None:
+            t = self.dual.at(slip.s, slip.size, most, hold.spring) / np.maximum(most, TINY)[:, None]
+        both = 0.5 * (t[:, :, None] * u[:, None, :] + u[:, :, None] * t[:, None, :])
+        stiff = np.where(slip.slides, slip.t / np.maximum(slip.size, TINY), hold.spring)
+        blocks = stiff[:, None, None] * (np.eye(d) - np.where(slip.slides[:, None, None], both, 0.0))
+        K = hold.W.T @ (_diagonal(blocks) @ hold.W)
+        if self.lag is None and not projected:
+            K = K + hold.W.T @ self._falls(x, hold, slip, u)
+        K = K.tocsr()
+        K.resize((len(x), len(x)))
+        return self.pressing.matrix(x, projected) + K
+
+    def _falls(self, x: Floats, hold: Hold, slip: Slip, u: Floats) -> Any:
+        """How friction changes with what presses: (m d, dofs), N/m."""
+        m, d = hold.n.shape
+        v, rows = len(self.skin.X), np.repeat(np.arange(m), d)
+        at = (d * (self.skin.corners + hold.which)[:, None] + np.arange(d)).ravel()
+        n = sparse.csr_matrix((hold.n.ravel(), (rows, at)), shape=(m, d * v))
+        sign = -np.sign(np.einsum("mi,mi->m", hold.n, self.pressing.forces(x)[self.skin.corners + hold.which]))
+        N = -sparse.diags(sign) @ (n @ self.pressing.stiff(x)) @ self.skin.M
+        way = np.where(slip.slides[:, None], self.friction * u, 0.0)
+        return sparse.csr_matrix((way.ravel(), (np.arange(m * d), rows)), shape=(m * d, m)) @ N
+
+    def limit(self, x: Floats, d: Floats) -> float:
+        """The part of d before any two faces meet."""
+        return self.pressing.limit(x, d)
+
+    def rounding(self, x: Floats) -> float:
+        """With what the last digits of places leave in friction, N."""
+        hold = self.lag or self.hold(x)
+        size = float(np.abs(self.skin.X).max())
+        return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
+
+
+def _nearest(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
+    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it; how far it is, m.
+
+    Of those that differ by rounding alone, as where a sample is right over an edge, it is the first face: what holds
+    on to now one, and now the other, has no state of rest.
+    """
+    r = away(p, t)
+    far = np.linalg.norm(r, axis=1)
+    looks = np.abs(np.einsum("ci,ci->c", r, _normals(t))) / np.maximum(far, TINY)
+    felt = far * (1.0 + ASIDE * (1.0 - looks))
+    of = np.unique(pairs[:, 0], return_inverse=True)[1].ravel()
+    best = felt[least(of, felt)][of]
+    first = least(of, np.where(felt <= (1.0 + SAME) * best, pairs[:, 1], np.inf))
+    return first, far[first]
+
+
+def _normals(t: Floats) -> Floats:
+    """Of faces (c, d, d): (c, d)."""
+    a = t[:, 1] - t[:, 0]
+    n = np.stack([a[:, 1], -a[:, 0]], axis=1) if t.shape[2] == 2 else np.cross(a, t[:, 2] - t[:, 0])
+    found: Floats = n / np.linalg.norm(n, axis=1, keepdims=True)
+    return found
+
+
+def _ways(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -> Any:
+    """The ways of samples at p (m, d) along faces (m, k) at t (m, k, d), by those of all places: sparse (m d, v d).
+
+    P (u_p - sum R_j u_j + sum C_j (r . u_j)), R the shares of corners in the nearest point, r the way from that to the
+    sample, P the plane across n. sum C_j = 0 and sum x_j C_j = 1 but for r: a turn of all together is no way.
+    """
+    m, k, d = t.shape
+    R = shares(p, t)
+    r = p - np.einsum("mk,mki->mi", R, t)
+    sides = np.concatenate([t[:, 1:] - t[:, :1], -(r / np.linalg.norm(r, axis=1, keepdims=True))[:, None]], axis=1)
+    C = np.linalg.inv(sides.swapaxes(1, 2))[:, : k - 1]  # (m, k - 1, d)
+    C = np.concatenate([-C.sum(axis=1, keepdims=True), C], axis=1)
+    one = np.broadcast_to(np.eye(d), (m, d, d))
+    each = C[:, :, :, None] * r[:, None, None, :] - R[:, :, None, None] * one[:, None]
+    P = one - n[:, :, None] * n[:, None, :]
+    blocks = np.einsum("mij,mkjl->mkil", P, np.concatenate([one[:, None], each], axis=1))
+    places = np.concatenate([samples[:, None], faces], axis=1)
+    rows = np.broadcast_to((d * np.arange(m)[:, None] + np.arange(d))[:, None, :, None], blocks.shape)
+    columns = np.broadcast_to((d * places[:, :, None] + np.arange(d))[:, :, None, :], blocks.shape)
+    return sparse.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(m * d, v * d))
+
+
+def _diagonal(blocks: Floats) -> Any:
+    """Blocks (m, d, d) along the diagonal of a sparse matrix."""
+    m, d, _ = blocks.shape
+    return sparse.bsr_matrix((blocks, np.arange(m), np.arange(m + 1)), shape=(m * d, m * d)).tocsr()

@@ -1,0 +1,376 @@
+"""Where facets cut into a rigid body between the points that keep clear of it: points that are to keep clear as well.
+
+What is to hold at every point of a surface is held at some; where it is broken most, points join these, and the state
+is found again (an exchange method: Blankenship and Falk 1976, J. Optim. Theory Appl. 19:261; Hettich and Kortanek 1993,
+"Semi-infinite programming", SIAM Rev. 35:380). What joins is the deepest point of a facet, or of one of its sides, for
+an edge that lies across a flat facet is deepest where it leaves it.
+
+How deep a part of the surface is, G(u) = min g(x(xi, u)), changes with all of it by n = sum l_i n_i, normals next to
+the deepest point with l_i >= 0 of sum 1 that leave nothing along the part (Clarke 1983, theorem 2.8.6): of two edges
+that cross it is the normal of both. So a point is kept in front of the plane of that normal at a depth of G / |n|, and
+not out of the body, beside whose edge it would slip while the facet goes on to cut. In the next round both are found
+anew, as Newton's method has it, until what presses is where the part of the surface is deepest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+from softmark.solvers.contact.rigid_transform import Pose
+from softmark.solvers.contact.surface_points import SAME, Joined, Points
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.energies.energy import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.rigid_contact import Touching
+
+STEPS = 8  # of the first lattice, along a side
+FINER = 13  # times that it is halved around the deepest point: to 2e-5 of a side
+BESIDE = 1e-3  # of a side: where normals next to a point are taken
+AROUND = 6  # of a point within a facet
+BROAD, TURNS = 0.1, 0.3  # of the size of a facet: a body whose normal changes by no more so far around is followed
+LARGE = 0.55  # of a part: what is searched around each of its corners
+OFF = 3e-4  # of the size of a facet: what is farther from the body than this and presses is found anew
+MOST = 10.0  # times this: where it is still farther, it presses on nothing
+NEAR = 0.05  # of the size of a facet: what has joined and is no farther away stays for the next round
+SHARE = 0.7  # of the way to where a part is deepest, that a point which has joined goes in a round
+FLATTEST = 0.05  # of a normal: what is left of those beside a point on the body's ridge; less is no ridge
+Gap = Callable[[Floats], Floats]
+Has = Callable[[Floats], NDArray[np.bool_]]
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of facets: local points a + t . way + s across, t (m,) in a domain, means over s = -1, 1.
+
+    `facet` (k,) is that of each, `which` (k,) its number among all parts; a (k, 2), `way` (k, m, 2), `across` (k, 2).
+    """
+
+    kind: Any
+    facet: Ints
+    which: Ints
+    a: Floats
+    way: Floats
+    across: Floats
+    low: float  # of t: from 0 or -1 to 1
+    has: Has
+
+    @property
+    def m(self) -> int:
+        """Of how many coordinates."""
+        return int(self.way.shape[1])
+
+    def some(self, which: Ints) -> Parts:
+        """Those at some places (k,) of it."""
+        a, way, across = self.a[which], self.way[which], self.across[which]
+        return Parts(self.kind, self.facet[which], self.which[which], a, way, across, self.low, self.has)
+
+    def shapes(self, t: Floats) -> Floats:
+        """Shape functions (k, q, a) at t (k, q, m)."""
+        xi, s = self.a[:, None] + np.einsum("kqm,kmj->kqj", t, self.way), self.across[:, None]
+        return 0.5 * (self._at(xi - s) + self._at(xi + s)) if s.any() else self._at(xi)
+
+    def _at(self, xi: Floats) -> Floats:
+        found: Floats = self.kind.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:-1], -1)
+        return found
+
+    @cached_property
+    def lattice(self) -> Floats:
+        """Of t (l, m)."""
+        line = self.low + (1.0 - self.low) * np.arange(STEPS + 1) / STEPS
+        t = np.stack(np.meshgrid(*[line] * self.m, indexing="ij"), axis=-1).reshape(-1, self.m)
+        return t[self.has(t)]
+
+    @property
+    def beside(self) -> Floats:
+        """Ways of t to what lies next to a point (q, m)."""
+        size = BESIDE * (1.0 - self.low)
+        if self.m == 1:
+            return size * np.array([[-1.0], [1.0]])
+        angles = 2.0 * np.pi * (np.arange(AROUND) + 0.5) / AROUND
+        return size * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Facets of a surface: nodes `of` (f, a), at rest X (f, a, 3), m; a point of one stands for an area A (f,), m^2.
+
+    Of a slice (`flat`) points are means through its thickness.
+    """
+
+    of: Ints
+    X: Floats
+    A: Floats
+    flat: bool = False
+
+    @cached_property
+    def parts(self) -> tuple[Parts, ...]:
+        """What is searched, each by itself: facets, and sides, which two facets may have in common.
+
+        What is curved may be deepest at two places, and is searched by halves and quarters that overlap.
+        """
+        kind: Any = FACETS[self.of.shape[1]]
+        curved, each = kind.nodes > kind.corners, np.arange(len(self.of))
+        if self.flat:
+            z = self.X[:, :, 2]
+            turned = np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
+            along = np.where(turned[:, None], (0.0, 1.0), (1.0, 0.0))
+            across = 3.0**-0.5 * along[:, ::-1]
+            line = Parts(kind, each, each, np.zeros_like(along), along[:, None], across, -1.0, _within)
+            return (_split(line, ((-1.0,), (1.0,))) if curved else line,)
+        axes = np.broadcast_to(np.eye(2), (len(each), 2, 2))
+        none, low, has = np.zeros((len(each), 2)), -1.0 if kind.square else 0.0, _within if kind.square else _under
+        whole, sides = Parts(kind, each, each, none, axes, none, low, has), self._sides(kind)
+        if not curved:
+            return whole, sides
+        quarters = kind.rim if kind.square else ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), None)
+        return _split(whole, quarters), _split(sides, ((0.0,), (1.0,)))
+
+    def _sides(self, kind: Any) -> Parts:
+        corners = self.of[:, : kind.corners]
+        ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        first = np.unique(ends, axis=0, return_index=True)[1]
+        facet, side = np.divmod(first, kind.corners)
+        rim = np.array(kind.rim)
+        a, b = rim[side], np.roll(rim, -1, axis=0)[side]
+        return Parts(kind, facet, len(self.of) + np.arange(len(first)), a, (b - a)[:, None], 0.0 * a, 0.0, _under)
+
+
+def _split(parts: Parts, corners: Any) -> Parts:
+    """What lies around each of the corners of parts; the middle of triangles, which goes the other way, is None."""
+    each = []
+    for i, corner in enumerate(corners):
+        size = -0.5 if corner is None else LARGE
+        to = np.full(2, 0.5) if corner is None else (1.0 - LARGE) * np.array(corner)
+        a = parts.a + np.einsum("m,kmj->kj", to, parts.way)
+        each.append((parts.facet, len(corners) * parts.which + i, a, size * parts.way, parts.across))
+    facet, which, a, way, across = (np.concatenate(columns) for columns in zip(*each, strict=True))
+    return Parts(parts.kind, facet, which, a, way, across, parts.low, parts.has)
+
+
+def _within(t: Floats) -> NDArray[np.bool_]:
+    """A square, or a line, from -1 to 1."""
+    return np.asarray((np.abs(t) <= 1.0).all(axis=-1))
+
+
+def _under(t: Floats) -> NDArray[np.bool_]:
+    """A triangle, or a line, from 0 to 1."""
+    return np.asarray((t >= 0.0).all(axis=-1) & (t.sum(axis=-1) <= 1.0))
+
+
+def cuts(contact: Touching, x: Floats) -> Joined | None:
+    """What is to be kept clear besides all else where facets are behind the rigid body in a state; None if none are.
+
+    What has joined before is found anew, too, also where it presses on what does not touch; of what does not press all
+    that is near stays, for without it facets might cut in there again. By how much gaps were made larger where bodies
+    began in touch, facets may be behind it.
+    """
+    return search(contact, x)[0]
+
+
+def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
+    """The same, and whether a state may stay: nothing cuts in, and what has joined presses about where the body is."""
+    if contact.facing is None:
+        return None, True
+    facets: Facets = contact.facing
+    where = facets.X + x[3 * facets.of[:, :, None] + np.arange(3)]
+    where = contact.seen((where * ((1.0, 1.0, 0.0) if contact.flat else 1.0)).reshape(-1, 3), x).reshape(where.shape)
+    middle = where.mean(axis=1)
+    radius = np.linalg.norm(where - middle[:, None], axis=2).max(axis=1)
+    near = contact.body.gap(middle) < radius + contact.barrier.distance
+    allowed, found, behind = -float(np.max(contact.sunk)), list[Joined](), False
+    known = () if contact.extra is None else contact.extra.which
+
+    def gap(y: Floats) -> Floats:
+        return contact.body.gap(y.reshape(-1, 3)).reshape(y.shape[:2])
+
+    for each in facets.parts:
+        parts = each.some(np.flatnonzero(near[each.facet]))
+        if not len(parts.facet):
+            continue
+        t, g = _deepest(parts, where[parts.facet], gap, 1.0 / STEPS)
+        inside = parts.has(t[:, None] + parts.beside).all(axis=1)
+        held, deep = np.isin(parts.which, known) & (g < NEAR * radius.max()), inside & (g < allowed)
+        if deep.any():
+            deep[deep] = _sharp(contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep])
+        behind |= bool(deep.any())
+        for on, plane in ((deep | (inside & held), _deepest_planes), (held & ~inside, _standing_planes)):
+            if on.any():
+                some = np.flatnonzero(on)
+                own = parts.some(some)
+                found.append(_joined(contact, facets, own, *plane(contact, own, where[own.facet], t[some], g[some])))
+    if behind or off(contact, x):
+        return _all([one for one in found if len(one)], contact), not behind and not off(contact, x, MOST)
+    return None, True
+
+
+def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> NDArray[np.bool_]:
+    """At which places of parts, g (k,) deep, m, the body has an edge or a tip: around what is round facets are chords.
+
+    These cut in by as much as they are flat, which takes nothing from how well forces are met; kept outside of it, they
+    would be as if it were larger. No chord of what is so round goes deeper than one looks around.
+    """
+    x, size = np.einsum("kqa,kai->kqi", parts.shapes(t[:, None]), where), np.linalg.norm(np.ptp(where, axis=1), axis=1)
+    ways = np.vstack([np.eye(3), -np.eye(3)]) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
+    y = x + BROAD * size[:, None, None] * ways
+    n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
+    if contact.flat:
+        n[:, :, 2] = 0.0
+    turns = np.linalg.norm(n[:, :, None] - n[:, None], axis=3).max(axis=(1, 2), initial=0.0)
+    found: NDArray[np.bool_] = (turns > TURNS) | (g < -BROAD * size)
+    return found
+
+
+def off(contact: Any, x: Floats, times: float = 1.0) -> bool:
+    """Whether a point that has joined presses where the body's surface is not, by that much: before it, or inside."""
+    if contact.extra is None:
+        return False
+    joined, on = contact.places(x)[contact.lasting :], contact.pressures(x)[contact.lasting :] > 0.0
+    size = float(np.linalg.norm(np.ptp(contact.facing.X, axis=1), axis=1).max())
+    return bool(np.any(on & (np.abs(contact.body.gap(joined)) > contact.barrier.distance + times * OFF * size)))
+
+
+def _deepest(parts: Parts, where: Floats, gap: Gap, reach: float = np.inf) -> tuple[Floats, Floats]:
+    """Where parts of facets at (k, a, 3), m, are deepest (k, m), and their gaps there (k,), m: of (k, q, 3) (k, q).
+
+    Roughly where they are farther than `reach` times the size of their facets: gaps are 1-Lipschitz.
+    """
+    lattice = parts.lattice
+    N = parts.shapes(np.broadcast_to(lattice, (len(where), *lattice.shape)))
+    g = gap(np.einsum("kqa,kai->kqi", N, where))
+    t, best = lattice[g.argmin(axis=1)], g.min(axis=1)
+    on = np.flatnonzero(best < reach * np.linalg.norm(np.ptp(where, axis=1), axis=1))
+    if len(on):
+        t[on], best[on] = _finely(parts.some(on), where[on], gap, t[on])
+    return t, best
+
+
+def _finely(parts: Parts, where: Floats, gap: Gap, t: Floats) -> tuple[Floats, Floats]:
+    """From points of a lattice t (k, m) on."""
+    rows, steps = np.arange(len(where)), 0.5 * (1.0 - parts.low) / STEPS * np.arange(-2, 3)
+    around = np.stack(np.meshgrid(*[steps] * parts.m, indexing="ij"), axis=-1).reshape(-1, parts.m)
+    best = np.zeros(len(where))
+    for level in range(FINER):
+        near = t[:, None] + 0.5**level * around
+        g = gap(np.einsum("kqa,kai->kqi", parts.shapes(near), where))
+        g[~parts.has(near)] = np.inf
+        first = g.argmin(axis=1)
+        t, best = near[rows, first], g[rows, first]
+    return t, best
+
+
+Planes = tuple[tuple[Floats, Floats], Floats, Floats]  # t (k, m) and ways, c (k, 3), m, and normals (k, 3)
+
+
+def _deepest_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> Planes:
+    """Places on parts that are deepest at t (k, m), by g (k,), m, and planes that they are to keep in front of."""
+    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
+    n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
+    if contact.flat:
+        n[:, :, 2] = 0.0
+    normals = np.array([_normal(*both) for both in zip(y - x, n, strict=True)])
+    size = np.linalg.norm(normals, axis=1)
+    normals /= size[:, None]
+    c = x[:, 0] - (g / size)[:, None] * normals
+    left, out, _ = contact.body.look(c)  # beyond a corner that is near
+    return _on_the_way(contact, parts, t), c - left[:, None] * out, normals
+
+
+def _standing_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> Planes:
+    """The same of parts that have joined and are deepest at their border: planes through the same points of the body.
+
+    An edge that lies in a facet presses where it leaves it and at its end, of which one is deeper, if by nothing.
+    """
+    assert contact.extra is not None
+    which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)
+    c, n = (own[which] for own in contact.planes(contact.body))
+    t, _ = _deepest(parts, where, lambda y: np.asarray(np.linalg.norm(y - c[:, None], axis=2)))
+    x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
+    normals = np.array([_across(*both) for both in zip(y - x, n, strict=True)])
+    return (t, np.full((len(t), 2, 2), np.nan)), c, normals / np.linalg.norm(normals, axis=1)[:, None]
+
+
+def _joined(
+    contact: Touching, facets: Facets, parts: Parts, places: tuple[Floats, Floats], c: Floats, n: Floats
+) -> Joined:
+    """Points of parts at `places` that are kept in front of planes; what lies at a border of its part is left out."""
+    body: Any = contact.body
+    t, ways = places
+    own, N = Pose() if not hasattr(body, "pose") else body.pose, parts.shapes(t[:, None])[:, 0]
+    N = np.where(np.abs(N) > SAME, N, 0.0)
+    points = Points(facets.of[parts.facet], N, np.einsum("ka,kai->ki", N, facets.X[parts.facet]), facets.A[parts.facet])
+    at = own.back(c)
+    found = Joined(points, parts.which, np.pad(t, ((0, 0), (0, 2 - parts.m))), ways, at, own.back(c + n) - at)
+    return found.some(np.flatnonzero(parts.has(t[:, None] + parts.beside).all(axis=1)))
+
+
+def _on_the_way(contact: Touching, parts: Parts, t: Floats) -> tuple[Floats, Floats]:
+    """Places on parts (k, m), of such as have joined on their way to where these are deepest, t; and how it came there.
+
+    What a force acts on tilts towards it, and the deepest point goes away: all of the way would go to and fro, so that
+    it is a share, and then what two such ways tell (Anderson 1965, of depth one). Any point of a flat part is as far
+    from its plane as the deepest.
+    """
+    new, ways = t.copy(), np.full((len(t), 2, 2), np.nan)
+    if contact.extra is None:
+        return new, ways
+    old, m = contact.extra, parts.m
+    for i, j in np.transpose(np.intersect1d(old.which, parts.which, return_indices=True)[1:]):
+        now, r = old.t[i, :m], t[j] - old.t[i, :m]
+        before, r0 = old.ways[i, :, :m]
+        fall = r - r0
+        along = float(fall @ r) / max(float(fall @ fall), 1e-300)
+        step = SHARE * r - along * (now - before + SHARE * fall)
+        step = step if np.linalg.norm(step) < 2.0 * np.linalg.norm(r) else SHARE * r  # nothing is known, or too little
+        new[j], ways[j, 0, :m], ways[j, 1, :m] = now + step, now, r
+    outside = ~parts.has(new[:, None] + parts.beside).all(axis=1)
+    new[outside] = t[outside]
+    return new, ways
+
+
+def _normal(ways: Floats, n: Floats) -> Floats:
+    """The mean of normals (q, 3) beside a point, by ways there (q, 3), m, that has least along these; never none.
+
+    Where all of them cancel the point is as deep inside as can be, half-way between sides: any of these leads out.
+    """
+    from scipy.optimize import nnls  # half a second of modules, for what is sharp alone
+
+    sides = _sides(ways)
+    along = np.vstack([*(n @ side for side in sides), np.ones(len(n))])
+    found = _across(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)
+    means = (found, np.asarray(n.mean(axis=0)))
+    return next((one for one in means if float(np.linalg.norm(one)) > FLATTEST), n[0])
+
+
+def _across(ways: Floats, n: Floats) -> Floats:
+    """What of a normal (3,) is across a part, by ways along it (q, 3)."""
+    sides = _sides(ways)
+    found: Floats = n - sides.T @ (sides @ n)
+    return found
+
+
+def _sides(ways: Floats) -> Floats:
+    """Unit vectors along a part (1 or 2, 3)."""
+    found: Floats = np.linalg.svd(ways, full_matrices=False)[2][: 1 if len(ways) == 2 else 2]
+    return found
+
+
+def _all(found: list[Joined], contact: Touching) -> Joined | None:
+    """All of them that may move."""
+    if not found:
+        return None
+    points = found[0].points
+    for one in found[1:]:
+        points = points.and_(one.points)
+    which, t, ways, c, n = (
+        np.concatenate([getattr(one, k) for one in found]) for k in ("which", "t", "ways", "c", "n")
+    )
+    loose = (np.isin(points.of, contact.nodes) & (points.shares != 0.0)).any(axis=1)
+    every = Joined(points, which, t, ways, c, n).some(np.flatnonzero(loose))
+    return every if len(every) else None

@@ -1,0 +1,318 @@
+"""Coulomb friction of a surface on a rigid body: what holds its points where they last stuck, up to what slides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.rigid_transform import Pose
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.energies.local_blocks import add_blocks
+
+if TYPE_CHECKING:
+    from softmark.solvers.contact.surface_points import Joined
+
+Bools = NDArray[np.bool_]
+PRESSED = 1e-6  # of the largest pressure: what is less is no contact
+TINY = 1e-300  # m: a slip of which the direction is not asked
+
+
+@dataclass(frozen=True)
+class Lag:
+    """What friction takes from an earlier iterate, so that it has an energy: the most that it holds, and where to.
+
+    `most` (m,) is friction times pressure, Pa; `n` (m, 3) are normals.
+    """
+
+    most: Floats
+    n: Floats
+
+
+class Dual:
+    """What the tangent of a lag remembers: tractions t (m, 3), Pa, as the iterate before promised them.
+
+    The law times its denominator, w t = most s with w = max(|s|, most / k), is linear enough to be linearised: a node
+    that has just come to slide keeps some stiffness along its slip, and does not run away (Chan, Golub and Mulet 1999,
+    SIAM J. Sci. Comput. 20:1964, eq. 4.6). Near the solution t is what it is, and the tangent exact.
+    """
+
+    def __init__(self) -> None:
+        self.known: tuple[Floats, Floats, Floats, Floats] | None = None  # s, t, u, w of the iterate before
+
+    def at(self, s: Floats, size: Floats, most: Floats, spring: float | Floats) -> Floats:
+        """The tractions (m, 3) for a tangent at slips s (m, 3), m."""
+        w = np.maximum(np.maximum(size, most / spring), TINY)
+        u = np.where((spring * size > most)[:, None], s / np.maximum(size, TINY)[:, None], 0.0)
+        if self.known is None:
+            t = most[:, None] * s / w[:, None]
+        else:
+            s0, t0, u0, w0 = self.known
+            t = (most[:, None] * s - t0 * np.einsum("ij,ij->i", u0, s - s0)[:, None]) / w0[:, None]
+            t *= np.minimum(1.0, most / np.maximum(np.linalg.norm(t, axis=1), TINY))[:, None]
+        self.known = s, t, u, w
+        return t
+
+
+@dataclass(frozen=True)
+class Slip:
+    """How points stand to their anchors.
+
+    `s` (m, 3) is their way from them along the surface, m, `size` (m,) its length, `t` (m,) the traction against it,
+    Pa, and `slides` (m,) whether that is all that friction bears, of a `spring`, Pa/m.
+    """
+
+    s: Floats
+    size: Floats
+    t: Floats
+    slides: Bools
+    spring: Floats | float
+
+    @classmethod
+    def of(cls, s: Floats, most: Floats, spring: Floats | float) -> Slip:
+        """What springs make of ways s (m, 3), m, up to the `most` (m,), Pa."""
+        size = np.linalg.norm(s, axis=1)
+        elastic = spring * size
+        return cls(s, size, np.minimum(elastic, most), elastic > most, spring)
+
+    def along(self, f: Floats) -> Floats:
+        """Sizes f (m,) along their ways (m, 3)."""
+        found: Floats = (f / np.maximum(self.size, TINY))[:, None] * self.s
+        return found
+
+    @property
+    def stretched(self) -> Floats:
+        """By how much springs are (m,), m."""
+        return self.t / self.spring
+
+    @property
+    def slid(self) -> Floats:
+        """How far points have slid since they last stuck (m,), m."""
+        return np.where(self.t > 0.0, np.maximum(self.size - self.stretched, 0.0), 0.0)
+
+    @property
+    def energy(self) -> Floats:
+        """Of a lag (m,), J/m^2: what springs store, and what slips against it."""
+        return self.t * (self.size - 0.5 * self.stretched)
+
+
+@dataclass(frozen=True)
+class Rubbing(Touching):
+    """Touching with friction: a traction -k s at points, s their way along the surface from anchors, or -mu p s/|s|.
+
+    Elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5): `anchors` (p, 3) are
+    points of the rigid body, which move with it, and stay where they are within a state; what a state leaves of them is
+    `settled`. The `spring` k, Pa/m, lets a point that sticks go by mu p / k at most, which is less than the distance of
+    the barrier. Where p counts as it is there is a force and an unsymmetric tangent, and no energy; with a `lag`, of an
+    earlier iterate, there are both.
+    """
+
+    friction: float = 0.0
+    spring: float = 0.0
+    carries: Callable[[float], Pose] = lambda share: Pose()
+    anchors: Floats | None = None  # (p, 3) m, in the body as it is declared; None: where the points are at rest
+    lag: Lag | None = None
+    dual: Dual | None = None
+    conservative: bool = False
+    gone: Floats | float = 0.0  # (p,) m: how far points had slid before
+
+    each: ClassVar[tuple[str, ...]] = ("sunk", "anchors", "gone")
+
+    def joining(self, extra: Joined | None, x: Floats) -> Self:
+        """With anchors of new points where these were, for nothing held them; of others moved along with them."""
+        found = super().joining(extra, x)
+        if self.anchors is None or found.anchors is None or extra is None:
+            return found
+        pose, new = getattr(self.earlier, "pose", Pose()), found.lasting
+        anchors, gone = found.anchors.copy(), np.broadcast_to(found.gone, len(found.A)).copy()
+        there = anchors[new:] = pose.back(found.places(x)[new:])
+        if self.extra is not None:
+            _, i, j = np.intersect1d(self.extra.which, extra.which, return_indices=True)
+            before = pose.back(self.places(x)[new:])
+            anchors[new + j] = self.anchors[new + i] + there[j] - before[i]
+            gone[new + j] = np.broadcast_to(self.gone, len(self.A))[new + i]
+        return replace(found, anchors=anchors, gone=gone)
+
+    @property
+    def rubs(self) -> bool:
+        """Without a lag."""
+        return self.lag is None
+
+    @cached_property
+    def pose(self) -> Pose:
+        """Where the rigid body is."""
+        return self.carries(self.share)
+
+    @cached_property
+    def held(self) -> Floats:
+        """Anchors where they are now (p, 3), m."""
+        return self.pose.moved(self.at_rest if self.anchors is None else self.anchors)
+
+    def softened(self, soft: float) -> Rubbing:
+        """The same `soft` times as stiff along the surface as well, with a tangent that begins anew."""
+        softer: Any = super().softened(soft)
+        found: Rubbing = replace(softer, spring=soft * self.spring, dual=Dual())
+        return found
+
+    def lagged(self, x: Floats, before: Rubbing | None = None, grips: bool = False) -> Rubbing:
+        """The same with an energy, of the pressures and normals of a state, of which `before` was the law.
+
+        It `grips` where everything that touches is to stick, whatever the pressure.
+        """
+        g, n, _ = (before or self).look(x)
+        p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
+        return replace(self, lag=Lag(self.friction * p, n), conservative=True)
+
+    def known(self, x: Floats, before: Rubbing) -> Rubbing:
+        """The same with an energy, and a tangent that remembers what it promised: for one descent."""
+        return replace(self.lagged(x, before), dual=Dual())
+
+    def towing(self, x: Floats, way: Floats) -> Rubbing:
+        """Where the rigid body was in the state that is started from, and all that touches sticks.
+
+        Adds to a `way` (dofs,), m, how it has gone on since, at each node. (Itself, where that is not known.)
+        """
+        was: Any = self.before()
+        if self.earlier is not None:
+            old, own = getattr(self.earlier, "pose", Pose()), 3 * self.nodes[:, None] + np.arange(3)
+            there = self.X + x[own]
+            way[own] = self.pose.moved(old.back(there)) - there
+        found: Rubbing = was.lagged(x, grips=True)
+        return found
+
+    def stiffer(self, factor: float) -> Rubbing:
+        """The same with a barrier and a spring so many times as stiff."""
+        return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
+
+    def holds(self, x: Floats) -> bool:
+        """Whether something that presses sticks."""
+        return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
+
+    def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
+        """From anchors to points (p, 3), m: all of it, and along the surface of normals n (p, 3)."""
+        d = self.places(x) - self.held
+        if self.flat:
+            d[:, 2] = 0.0
+        s: Floats = d - np.einsum("ij,ij->i", n, d)[:, None] * n
+        return d, s
+
+    def slip(self, x: Floats) -> Slip:
+        """How its points stand to their anchors in a state."""
+        g, n, _ = self.look(x)
+        return Slip.of(self.way(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
+
+    def sticking(self, x: Floats) -> tuple[Bools, Bools, float]:
+        """Which of its points are pressed (p,), which of these stick (p,), and on which share of the area in contact.
+
+        A share, for points at its border stand for some beyond it as well; what has joined stands for none of its own.
+        """
+        p = self.pressures(x)
+        on = p > PRESSED * p.max(initial=0.0)
+        sticks, own = on & ~self.slip(x).slides, self.A * (np.arange(len(p)) < self.lasting)
+        whole = float(own[on].sum())
+        return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
+
+    def settled(self, x: Floats) -> Floats:
+        """The anchors that a state leaves (p, 3), m: what slid has taken them along, and what is apart has none."""
+        slip = self.slip(x)
+        return self.pose.back(self.places(x) - slip.along(slip.stretched))
+
+    def holding(self, anchors: Floats, gone: Floats | float = 0.0) -> Rubbing:
+        """The same from other anchors (p, 3), m, on, to which its points have gone so far (p,), m."""
+        return replace(self, anchors=anchors, gone=gone)
+
+    def stored(self, x: Floats) -> float:
+        """With what points that stick have given way by, J."""
+        return super().value(x) + float(self.A @ self.slip(x).t ** 2) / (2.0 * self.spring)
+
+    def work(self, x: Floats, since: Touching) -> float:
+        """With what it drags: where points hold on to it goes along, and what holds them does that work, J."""
+        was: Any = since
+        _, n, _ = self.look(x)
+        t = self._traction(x, n, self.friction * self.pressures(x))
+        return super().work(x, since) - float(self.A @ np.einsum("ij,ij->i", t, self.held - was.held))
+
+    def slid(self, x: Floats) -> Floats:
+        """How far each point has slid since the anchors were taken (p,), m."""
+        return self.slip(x).slid
+
+    def lost(self, x: Floats) -> float:
+        """What friction has turned into heat since the anchors were taken, J: never negative."""
+        slip = self.slip(x)
+        return float(self.A @ (slip.t * slip.slid))
+
+    def pushes(self, x: Floats) -> Floats:
+        """What the rigid body does to its points (p, 3), N."""
+        g, n, _ = self.look(x)
+        p = self.barrier.pressure(g)
+        return self.A[:, None] * (p[:, None] * n - self._traction(x, n, self.friction * p))
+
+    def value(self, x: Floats) -> float:
+        """What the barrier stores, and of a lag what friction does, J."""
+        found = super().value(x)
+        if self.lag is None:
+            return found
+        return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
+
+    def bending(self, g: Floats) -> Floats:
+        """No more than at touch: what is far behind the surface on the way would turn off from it."""
+        return np.minimum(super().bending(g), self.barrier.most)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
+        super().add_hessian(x, data, slots, scale, projected)
+        on, blocks = self.stiffness(x, projected)
+        add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
+
+    def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
+        """Of friction: points (k,) that are pressed, and how their tractions grow with their ways (k, 3, 3), Pa/m."""
+        g, n, H = self.look(x)
+        p = self.barrier.pressure(g)
+        most = self.friction * p
+        if self.lag is not None:
+            n, most = self.lag.n, self.lag.most
+        d, s = self.way(x, n)
+        slip = Slip.of(s, most, self.spring)
+        blocks = np.eye(3) - n[:, :, None] * n[:, None, :]
+        if self.lag is None and not projected:
+            blocks = blocks - n[:, :, None] * np.einsum("mi,mij->mj", d, H)[:, None, :]
+            blocks = blocks - np.einsum("mi,mi->m", n, d)[:, None, None] * H
+        u = s / np.maximum(slip.size, TINY)[:, None]
+        across = blocks - u[:, :, None] * np.einsum("mi,mij->mj", u, blocks)[:, None, :]
+        if self.lag is not None and self.dual is not None and np.isfinite(most).all():
+            t = self.dual.at(s, slip.size, most, self.spring) / np.maximum(most, TINY)[:, None]
+            both = t[:, :, None] * u[:, None, :]
+            across = blocks - 0.5 * (both + both.swapaxes(1, 2))
+        stiff = np.where(slip.slides, slip.t / np.maximum(slip.size, TINY), self.spring)[:, None, None]
+        blocks = stiff * np.where(slip.slides[:, None, None], across, blocks)
+        if self.lag is None and not projected:
+            falls = np.where(slip.slides, self.friction * self.barrier.slope(g), 0.0)
+            blocks = blocks - falls[:, None, None] * u[:, :, None] * n[:, None, :]
+        on = np.flatnonzero(most > 0.0)
+        return on, blocks[on]
+
+    def rounding(self, x: Floats) -> float:
+        """With what the last digits of places leave in friction, N."""
+        size = float(np.abs(self.places(x)).max(initial=0.0))
+        stiff = self.A[self.gaps(x) < self.barrier.distance] * self.spring
+        return super().rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
+
+    def _traction(self, x: Floats, n: Floats, most: Floats) -> Floats:
+        """Against slip, (p, 3), Pa."""
+        if self.lag is not None:
+            n, most = self.lag.n, self.lag.most
+        slip = Slip.of(self.way(x, n)[1], most, self.spring)
+        return slip.along(slip.t)
+
+
+def rubbing(touching: Touching, friction: float, carries: Callable[[float], Pose]) -> Rubbing:
+    """A contact with friction, its spring as stiff as the barrier: what sticks gives way by less than its distance."""
+    known = {f.name: getattr(touching, f.name) for f in fields(touching) if f.name != "conservative"}
+    spring = touching.barrier.stiffness / touching.barrier.distance
+    return Rubbing(**known, friction=friction, spring=spring, carries=carries)

@@ -1,0 +1,91 @@
+"""Where a rigid body is: a motion from where it was declared, and its gap as seen from space."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.contact.signed_distance.distance_function import Gap, Look
+from softmark.solvers.energies.local_blocks import cross_matrix
+from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.mesh.shape import Vector3
+
+ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+
+def exponential(w: Floats) -> Floats:
+    """The rotation (3, 3) of a vector (3,), rad: Rodrigues' formula."""
+    angle = float(np.linalg.norm(w))
+    k = cross_matrix(w) / (angle or 1.0)
+    Q: Floats = np.eye(3) + np.sin(angle) * k + 2.0 * np.sin(0.5 * angle) ** 2 * (k @ k)
+    return Q
+
+
+@dataclass(frozen=True)
+class Pose:
+    """x = c + Q (X - c) + shift: `rotation` is the vector of Q, rad, `about` the point c, m, and `shift` in m."""
+
+    shift: Vector3 = ZERO
+    rotation: Vector3 = ZERO
+    about: Vector3 = ZERO
+
+    @cached_property
+    def turn(self) -> Floats | None:
+        """Q (3, 3); None where nothing turns."""
+        return exponential(np.array(self.rotation)) if any(self.rotation) else None
+
+    def at(self, share: float) -> Pose:
+        """The pose at that share of the way, turned around the same axis."""
+        a, b, c = (share * s for s in self.shift)
+        p, q, r = (share * w for w in self.rotation)
+        return Pose((a, b, c), (p, q, r), self.about)
+
+    def moved(self, X: Floats) -> Floats:
+        """Where points X (n, 3) of the body are, m."""
+        c, s = np.array(self.about), np.array(self.shift)
+        found: Floats = X + s if self.turn is None else (X - c) @ self.turn.T + (c + s)
+        return found
+
+    def back(self, x: Floats) -> Floats:
+        """Which points of the body are at x (n, 3), m."""
+        c, s = np.array(self.about), np.array(self.shift)
+        found: Floats = x - s if self.turn is None else (x - (c + s)) @ self.turn + c
+        return found
+
+
+@dataclass(frozen=True)
+class Posed:
+    """The gap of a body that has moved."""
+
+    own: Gap
+    pose: Pose
+
+    @property
+    def sharpest(self) -> float:
+        """Least radius of curvature of its convex edges, m."""
+        return self.own.sharpest
+
+    @property
+    def centroid(self) -> Vector3 | None:
+        """The middle of its volume, where it is now, m."""
+        if self.own.centroid is None:
+            return None
+        x, y, z = self.pose.moved(np.array([self.own.centroid]))[0].tolist()
+        return x, y, z
+
+    def gap(self, X: Floats) -> Floats:
+        """g(X) = g0(back(X)) (n,), m."""
+        return self.own.gap(self.pose.back(X))
+
+    def look(self, X: Floats) -> Look:
+        """n = Q n0, H = Q H0 Q^T at points X (n, 3), m."""
+        g, n, H = self.own.look(self.pose.back(X))
+        Q = self.pose.turn
+        return (g, n, H) if Q is None else (g, n @ Q.T, Q @ H @ Q.T)
+
+
+def declared(body: Gap) -> Gap:
+    """The rigid body where it was declared, wherever it is."""
+    return body.own if isinstance(body, Posed) else body

@@ -1,0 +1,48 @@
+"""Gaps: how far points are from the surface of a rigid shape. To add one: a class in a file here, a line in GAPS.
+
+`gap_of(shape)` says which shapes of the language have one. A shape that is listed may still have none, such as a sphere
+of which planes of symmetry leave a part: an instrument is whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from softmark.solvers.contact.signed_distance import shape_distances
+from softmark.solvers.contact.signed_distance.distance_function import Gap
+from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
+from softmark.solvers.mesh.shape import Shape
+from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.surface_bodies import Filled
+from softmark.solvers.mesh.tubes import Tube
+
+GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
+    HalfSpace: shape_distances.half_space,
+    Sphere: shape_distances.sphere,
+    SphericalShell: shape_distances.shell,
+    Box: shape_distances.box,
+    RoundedBox: shape_distances.rounded_box,
+    Cylinder: shape_distances.cylinder,
+    Tube: shape_distances.tube,
+    Cone: shape_distances.revolved,
+    Revolved: shape_distances.revolved,
+    Punch: shape_distances.rounded,
+    Tip: shape_distances.rounded,
+    Extruded: shape_distances.extruded,
+    Filled: shape_distances.surface,
+    MeshFile: shape_distances.surface,
+    Union: shape_distances.surface,
+    Difference: shape_distances.surface,
+    Intersection: shape_distances.surface,
+}
+
+
+def gap_of(shape: Shape) -> Gap | None:
+    """The gap to a shape's surface; None of one that has none. Raises UnreadableMesh, of a file's surface."""
+    make = GAPS.get(type(shape))
+    return None if make is None or shape.fault else make(shape)

@@ -1,0 +1,100 @@
+"""Compiled loops of the gap to a surface: the closest point on triangles, by a tree of boxes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.runtime.kernel_cache import kernel, part
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+@kernel
+def nearest(
+    X: Floats, low: Floats, high: Floats, child: Ints, first: Ints, corners: Floats, best: Ints, share: Floats,
+    stack: Ints, own: Floats,
+) -> None:  # fmt: skip
+    """Of places X (n, 3): the closest triangle `best` (n,), and shares of its corners in the closest point (n, 3).
+
+    Node k of the tree has a box from low[k] to high[k], and the children child[k], child[k] + 1; a leaf has child[k] =
+    0 and of `corners` (t, 3, 3) the triangles first[k, 0] to first[k, 1]. `stack` has room for twice its depth, `own`
+    for three numbers.
+    """
+    for i in range(len(X)):
+        far = np.inf
+        top, stack[0] = 0, 0
+        while top >= 0:
+            node = stack[top]
+            top -= 1
+            if _to_box(X, i, low, high, node) >= far:
+                continue
+            near = child[node]
+            if near == 0:
+                for t in range(first[node, 0], first[node, 1]):
+                    d = _to_triangle(X, i, corners, t, own)
+                    if d < far:
+                        far, best[i] = d, t
+                        share[i, 0], share[i, 1], share[i, 2] = own[0], own[1], own[2]
+                continue
+            other = near + 1
+            if _to_box(X, i, low, high, other) < _to_box(X, i, low, high, near):
+                near, other = other, near
+            stack[top + 1], stack[top + 2] = other, near
+            top += 2
+
+
+@part
+def _to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
+    """Square of the distance from a place to a box, m^2."""
+    total = 0.0
+    for k in range(3):
+        d = max(low[node, k] - X[i, k], X[i, k] - high[node, k], 0.0)
+        total += d * d
+    return total
+
+
+@part
+def _dot(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
+    """(b - a) . (d - c)"""
+    total: float = (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
+    return total
+
+
+@part
+def _to_triangle(X: Floats, i: int, corners: Floats, t: int, own: Floats) -> float:
+    """Square of the distance to a triangle, m^2; and shares of its corners in the closest point, exactly 0 on a side.
+
+    By the region that the place is over: corner, side or face. Source: Ericson, Real-Time Collision Detection, 5.1.5.
+    """
+    p, a, b, c = X[i], corners[t, 0], corners[t, 1], corners[t, 2]
+    d1, d2 = _dot(a, b, a, p), _dot(a, c, a, p)
+    d3, d4 = _dot(a, b, b, p), _dot(a, c, b, p)
+    d5, d6 = _dot(a, b, c, p), _dot(a, c, c, p)
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    v = w = 0.0
+    if d1 <= 0.0 and d2 <= 0.0:
+        u = 1.0
+    elif d3 >= 0.0 and d4 <= d3:
+        u, v = 0.0, 1.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        v = d1 / (d1 - d3)
+        u = 1.0 - v
+    elif d6 >= 0.0 and d5 <= d6:
+        u, w = 0.0, 1.0
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        w = d2 / (d2 - d6)
+        u = 1.0 - w
+    elif va <= 0.0 and d4 >= d3 and d5 >= d6:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        u, v = 0.0, 1.0 - w
+    else:
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+        u = 1.0 - v - w
+    own[0], own[1], own[2] = u, v, w
+    total = 0.0
+    for k in range(3):
+        d = p[k] - u * a[k] - v * b[k] - w * c[k]
+        total += d * d
+    return total

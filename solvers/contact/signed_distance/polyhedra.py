@@ -1,0 +1,126 @@
+"""Gaps to shapes with flat sides: half a space, a box along the coordinates, a prism of any polygon."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.contact.signed_distance.distance_function import Look
+from softmark.solvers.contact.signed_distance.polygon_distance import Outline
+from softmark.solvers.mesh import polygons
+from softmark.solvers.mesh.mesh import Floats
+from softmark.solvers.mesh.shape import Vector3
+
+AT = 1e-12  # of its size: what is as near is on an edge
+
+
+@dataclass(frozen=True)
+class Half:
+    """All that is behind a plane through `origin`, m, whose unit normal looks out of it."""
+
+    origin: Vector3
+    normal: Vector3
+    sharpest = math.inf
+    centroid = None
+
+    def gap(self, X: Floats) -> Floats:
+        """(X - o) . n"""
+        far: Floats = (X - np.array(self.origin)) @ np.array(self.normal)
+        return far
+
+    def look(self, X: Floats) -> Look:
+        """The same normal everywhere, and no curvature."""
+        return self.gap(X), np.tile(np.array(self.normal), (len(X), 1)), np.zeros((len(X), 3, 3))
+
+
+@dataclass(frozen=True)
+class Brick:
+    """A box with edges along x, y and z: its centre and half of its extents, m."""
+
+    centroid: Vector3
+    half: Vector3
+    sharpest = 0.0
+
+    def _beyond(self, X: Floats) -> tuple[Floats, Floats]:
+        """How far points are beyond its faces (n, 3), m, negative within, and on which side (n, 3)."""
+        x = X - np.array(self.centroid)
+        return np.abs(x) - np.array(self.half), np.where(x < 0.0, -1.0, 1.0)
+
+    def gap(self, X: Floats) -> Floats:
+        """The distance from the nearest point of it; within it, to the nearest face."""
+        q = self._beyond(X)[0]
+        far = np.linalg.norm(np.maximum(q, 0.0), axis=1)
+        found: Floats = np.where(far > 0.0, far, q.max(axis=1))
+        return found
+
+    def look(self, X: Floats) -> Look:
+        """Of what is nearest: H = 0 of a face, (1 - n n - t t) / d of an edge along t, (1 - n n) / d of a corner."""
+        q, side = self._beyond(X)
+        out = np.maximum(q, 0.0)
+        d = np.linalg.norm(out, axis=1)
+        off = d > AT * math.hypot(*self.half)
+        face = np.eye(3)[np.argmax(q, axis=1)]
+        safe = np.where(off, d, 1.0)
+        n = np.where(off[:, None], out / safe[:, None], face)
+        free = np.where(off[:, None], (q > 0.0) * 1.0, 0.0)
+        H = (free[:, :, None] * np.eye(3) - n[:, :, None] * n[:, None, :] * off[:, None, None]) / safe[:, None, None]
+        H *= side[:, :, None] * side[:, None, :]
+        return np.where(d > 0.0, d, q.max(axis=1)), side * n, H
+
+
+@dataclass(frozen=True)
+class Prism:
+    """A polygon, m, moved along z from `base` to `base + height`, m; `order` says which coordinates x, y and z are."""
+
+    section: polygons.Corners
+    base: float
+    height: float
+    order: tuple[int, int, int]
+    sharpest = 0.0
+
+    @cached_property
+    def outline(self) -> Outline:
+        """Its section."""
+        return Outline(self.section)
+
+    @property
+    def centroid(self) -> Vector3:
+        """The middle of its volume, m."""
+        own = (*polygons.centroid(self.section), self.base + 0.5 * self.height)
+        x, y, z = (own[self.order.index(i)] for i in range(3))
+        return x, y, z
+
+    def _own(self, X: Floats) -> tuple[Floats, Floats]:
+        """Points in the section (n, 2), m, and along the prism from its middle (n,), m."""
+        own = X[:, self.order]
+        return own[:, :2], own[:, 2] - (self.base + 0.5 * self.height)
+
+    def gap(self, X: Floats) -> Floats:
+        """Of the distances to its section and beyond its ends, what both make."""
+        p, z = self._own(X)
+        return _both(self.outline.gap(p), np.abs(z) - 0.5 * self.height)
+
+    def look(self, X: Floats) -> Look:
+        """Of its sides, of its ends, or beyond both of the edge between."""
+        p, z = self._own(X)
+        a, m, h = self.outline.look(p)
+        b, up = np.abs(z) - 0.5 * self.height, np.where(z < 0.0, -1.0, 1.0)
+        g = _both(a, b)
+        edge = (a > 0.0) & (b > 0.0) & (g > AT * self.outline.size)
+        safe = np.where(edge, g, 1.0)
+        ca, cb = np.where(edge, a / safe, a >= b), np.where(edge, b / safe, a < b)
+        n = np.concatenate([ca[:, None] * m, (cb * up)[:, None]], axis=1)
+        t = np.concatenate([np.stack([-m[:, 1], m[:, 0]], axis=1), np.zeros((len(X), 1))], axis=1)
+        s = np.concatenate([cb[:, None] * m, (-ca * up)[:, None]], axis=1)
+        H = (ca * h)[:, None, None] * t[:, :, None] * t[:, None, :]
+        H += np.where(edge, 1.0 / safe, 0.0)[:, None, None] * s[:, :, None] * s[:, None, :]
+        back = [self.order.index(i) for i in range(3)]
+        return g, n[:, back], H[:, back][:, :, back]
+
+
+def _both(a: Floats, b: Floats) -> Floats:
+    """The distance to what lies within both, where these are independent: sqrt(a^2 + b^2) beyond both, m."""
+    return np.where((a > 0.0) & (b > 0.0), np.hypot(a, b), np.maximum(a, b))

@@ -1,0 +1,95 @@
+"""The gaps of shapes of the language, one function for each kind."""
+
+from __future__ import annotations
+
+from softmark.solvers.contact.signed_distance.distance_function import Gap
+from softmark.solvers.contact.signed_distance.polyhedra import Brick, Half, Prism
+from softmark.solvers.contact.signed_distance.revolved_shapes import Turned, middle
+from softmark.solvers.contact.signed_distance.rounded_shapes import Ball, Rounded
+from softmark.solvers.mesh.extruded_shapes import Extruded
+from softmark.solvers.mesh.revolved_bodies import Revolution
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, RoundedBox, RoundedTurned
+from softmark.solvers.mesh.shape import Shape, Vector3, moved
+from softmark.solvers.mesh.shapes import Box, Cylinder
+from softmark.solvers.mesh.spheres import Sphere, SphericalShell
+from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.tubes import Tube
+
+ARC = 1024  # points of a rounded corner, of which the middle of the volume is found: to 1e-7 of the size
+ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # of a prism's two coordinates in section, and along it
+
+
+def half_space(shape: HalfSpace) -> Gap:
+    """Of all behind a plane."""
+    return Half(shape.origin, shape.normal)
+
+
+def sphere(shape: Sphere) -> Gap | None:
+    """Of a whole one."""
+    return None if shape.kept else Ball(shape.radius, shape.origin)
+
+
+def shell(shape: SphericalShell) -> Gap | None:
+    """Of a whole one."""
+    return None if shape.kept else Ball(shape.radius, shape.origin, shape.inner)
+
+
+def box(shape: Box) -> Gap:
+    """Of a sharp one."""
+    return _brick(shape.origin, shape.size, 0.0)
+
+
+def rounded_box(shape: RoundedBox) -> Gap:
+    """Of one that is rounded: a smaller one, and all that is near."""
+    core = _brick(shape.origin, shape.size, shape.rounding)
+    return Rounded(core, shape.rounding, core.centroid)
+
+
+def _brick(origin: Vector3, size: Vector3, less: float) -> Brick:
+    a, b, c = (0.5 * s for s in size)
+    x, y, z = origin
+    return Brick((x + a, y + b, z + c), (a - less, b - less, c - less))
+
+
+def cylinder(shape: Cylinder) -> Gap:
+    """Of one with flat ends and sharp rims."""
+    r, h = shape.radius, shape.length
+    return Turned(((0.0, 0.0), (r, 0.0), (r, h), (0.0, h)), shape.axis, shape.origin)
+
+
+def tube(shape: Tube) -> Gap:
+    """Of one with flat ends and sharp rims."""
+    r, s, h = shape.radius, shape.inner, shape.length
+    return Turned(((s, 0.0), (r, 0.0), (r, h), (s, h)), shape.axis, shape.origin)
+
+
+def revolved(shape: Revolution) -> Gap:
+    """Of a polygon that is turned around an axis, such as a cone."""
+    return Turned(shape.outline, shape.axis, shape.origin)
+
+
+def rounded(shape: RoundedTurned) -> Gap:
+    """Of what is rounded all around: its core, and all that is near."""
+    core = Turned(shape.core, shape.axis, shape.origin)
+    centre = moved(shape.origin, (middle(shape.outline(ARC)), shape.axis))
+    return Rounded(core, shape.rounding, centre)
+
+
+def extruded(shape: Extruded) -> Gap:
+    """Of a prism of any polygon."""
+    return Prism(shape.section, shape.base, shape.height, ORDERS[shape.along])
+
+
+def surface(shape: Shape) -> Gap:
+    """Of a closed surface of triangles, repaired as those that are filled. Raises UnreadableMesh."""
+    from softmark.solvers.contact.signed_distance.triangle_surface import Surface
+    from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+    from softmark.solvers.mesh.files.watertight_repair import closed
+
+    whole = shape.closed() if isinstance(shape, Enclosed) else closed(*shape.surface(0.0))
+    if whole.crossings:  # where parts overlap, the nearest triangle may be within: no side of it is outside
+        raise UnreadableMesh(
+            f"its surface passes through itself, at {whole.crossings} triangles: what is inside is not clear",
+            remedy="unite its parts in the program that made it",
+        )
+    return Surface(whole.points, whole.triangles)

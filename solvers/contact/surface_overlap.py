@@ -1,0 +1,148 @@
+"""Where facets of one surface lie on those of another whose mesh does not match: polygons cut by polygons, exactly.
+
+Straight facets are triangles; what two triangles have in common is cut out in their plane (Sutherland and Hodgman
+1974), and every piece has Gauss points, with local coordinates on both facets. Curved ones are cut as the
+triangles over their nodes, and points are carried to the facets themselves along their normals.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from softmark.records import dataclass
+from softmark.solvers.elements.boundary_facets import FACETS, Tri6
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+FACING = -0.5  # of two unit normals: facets that look at each other
+NOTHING = 1e-10  # of a triangle: what is less of it in common is nothing
+ROUNDS = 8  # of Newton's method for a point on a curved facet
+
+
+@dataclass(frozen=True)
+class Overlaps:
+    """Points (p,) of two facets each, `first` and `second` (p,) by their numbers in the mesh, at local coordinates.
+
+    `A` (p,) are the areas that they stand for, m^2, and `X` (p, 3) where they are on the first at rest, m.
+    """
+
+    first: Ints
+    second: Ints
+    xi: Floats  # (p, 2)
+    eta: Floats  # (p, 2)
+    A: Floats
+    X: Floats
+    gaps: Floats  # (p,) how far the two facets are apart there, m
+
+
+def overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> Overlaps:
+    """What facets `one` and `other` (k,) have in common where they are within a reach, m, of each other."""
+    a, b = _cut_up(mesh, one), _cut_up(mesh, other)
+    first, second = _near(a[0], b[0], reach)
+    corners, at = _common(a[0][first], b[0][second])
+    first, second = a[1][first[at]], b[1][second[at]]
+    E = corners[:, 1:] - corners[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(E[:, 0], E[:, 1]), axis=1)
+    xi, w = Tri6.quadrature()
+    N = np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
+    X = np.einsum("qa,pai->pqi", N, corners).reshape(-1, 3)
+    A = np.outer(area, 2.0 * w).ravel()
+    first, second = np.repeat(first, len(w)), np.repeat(second, len(w))
+    places = _located(mesh, first, X), _located(mesh, second, X)
+    here, there = (_at(mesh, facets, xi) for facets, xi in zip((first, second), places, strict=True))
+    return Overlaps(first, second, *places, A, here, np.linalg.norm(here - there, axis=1))
+
+
+def _cut_up(mesh: Mesh, which: Ints) -> tuple[Floats, Ints]:
+    """The flat triangles of facets (t, 3, 3), m, and the facet of each (t,)."""
+    split = np.array(mesh.element.facet.triangles)
+    triangles = mesh.points[mesh.facets[which][:, split]].reshape(-1, 3, 3)
+    return triangles, np.repeat(which, len(split))
+
+
+def _near(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
+    """Pairs of triangles that may lie on each other: near, and face to face."""
+    middles = [t.mean(axis=1) for t in (a, b)]
+    sizes = [np.linalg.norm(t - m[:, None], axis=2).max(axis=1) for t, m in zip((a, b), middles, strict=True)]
+    most = float(sizes[0].max() + sizes[1].max()) + reach
+    found = cKDTree(middles[0]).query_ball_tree(cKDTree(middles[1]), most)
+    first = np.repeat(np.arange(len(a)), [len(f) for f in found])
+    second = np.array([j for f in found for j in f], dtype=np.int64)
+    n = [_normals(t) for t in (a, b)]
+    facing = np.einsum("ij,ij->i", n[0][first], n[1][second]) < FACING
+    off = np.einsum("ij,ij->i", middles[1][second] - middles[0][first], n[0][first])
+    between = np.linalg.norm(middles[1][second] - middles[0][first], axis=1)
+    kept = facing & (np.abs(off) < reach) & (between < sizes[0][first] + sizes[1][second] + reach)
+    return first[kept], second[kept]
+
+
+def _normals(t: Floats) -> Floats:
+    n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+    found: Floats = n / np.linalg.norm(n, axis=1, keepdims=True)
+    return found
+
+
+def _common(a: Floats, b: Floats) -> tuple[Floats, Ints]:
+    """What pairs of triangles (p, 3, 3) have in common in the plane of the first: triangles (t, 3, 3), and of which."""
+    n = _normals(a)
+    u = a[:, 1] - a[:, 0]
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(n, u)
+    axes = np.stack([u, v], axis=1)  # (p, 2, 3)
+    flat_a, flat_b = (np.einsum("pij,pkj->pki", axes, t - a[:, :1]) for t in (a, b))
+    flat_b = flat_b[:, ::-1]  # they look at each other
+    found, of = [], []
+    for number, (one, other) in enumerate(zip(flat_a, flat_b, strict=True)):
+        polygon = _clipped(other, one)
+        for k in range(1, len(polygon) - 1):
+            piece = np.array([polygon[0], polygon[k], polygon[k + 1]])
+            if abs(_twice(*piece)) > NOTHING * abs(_twice(*one)):
+                found.append(piece)
+                of.append(number)
+    at = np.array(of, dtype=np.int64)
+    flat = np.array(found).reshape(-1, 3, 2)
+    return a[at, :1] + np.einsum("pij,pki->pkj", axes[at], flat), at
+
+
+def _clipped(polygon: Any, window: Any) -> list[Any]:
+    """A polygon cut to a triangle, both counter-clockwise in the plane."""
+    left = list(polygon)
+    for i in range(3):
+        p, q = window[i], window[(i + 1) % 3]
+        sides = [_twice(p, q, c) for c in left]
+        kept = []
+        for k, (c, s) in enumerate(zip(left, sides, strict=True)):
+            before, s_before = left[k - 1], sides[k - 1]
+            if s * s_before < 0.0:
+                kept.append(before + (c - before) * (s_before / (s_before - s)))
+            if s >= 0.0:
+                kept.append(c)
+        left = kept
+    return left
+
+
+def _twice(p: Any, q: Any, c: Any) -> float:
+    """Twice the area of a triangle in the plane, with its sign."""
+    return float((q[0] - p[0]) * (c[1] - p[1]) - (q[1] - p[1]) * (c[0] - p[0]))
+
+
+def _at(mesh: Mesh, facets: Ints, xi: Floats) -> Floats:
+    found: Floats = np.einsum("pa,pai->pi", FACETS[mesh.facets.shape[1]].shape(xi), mesh.points[mesh.facets[facets]])
+    return found
+
+
+def _located(mesh: Mesh, facets: Ints, X: Floats) -> Floats:
+    """Local coordinates (p, 2) of the points of facets (p,) that are nearest to X (p, 3): Gauss and Newton."""
+    facet = FACETS[mesh.facets.shape[1]]
+    nodes = mesh.points[mesh.facets[facets]]
+    xi = np.tile(np.array(facet.centre), (len(X), 1))
+    for _ in range(ROUNDS):
+        r = X - np.einsum("pa,pai->pi", facet.shape(xi), nodes)
+        t = np.einsum("paj,pai->pji", facet.gradient(xi), nodes)
+        step = np.linalg.solve(np.einsum("pji,pki->pjk", t, t), np.einsum("pji,pi->pj", t, r)[..., None])[..., 0]
+        xi = xi + step
+        if float(np.abs(step).max(initial=0.0)) < 1e-14:
+            break
+    return xi

@@ -1,0 +1,81 @@
+"""The least distance between parts of a surface that face each other, as the walls of a fold do before it closes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.contact.closest_face_points import away
+from softmark.solvers.energies.energy import Floats, Ints
+
+FACING = (
+    0.86  # cosine of 30 degrees: so close an outward normal on each side is to the way across, less than in a corner
+)
+PAIRS = 200_000_000  # of corners and faces: a few seconds; where a surface has more, the distance is not looked for
+CHUNK = 2_000_000  # pairs that are compared at a time, 50 MB
+
+
+def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | None:
+    """The least distance, m, from a corner of V (n, d) to a face (f, d) of the same surface that faces it.
+
+    `normals` (f, d) are outward units. Faces at the corner itself are left out. Infinite if no parts face each other,
+    None if the surface has too many faces to tell.
+    """
+    corners = np.unique(faces)
+    if len(corners) * len(faces) > PAIRS:
+        return None
+    own = np.zeros_like(V)
+    for column in faces.T:
+        np.add.at(own, column, normals)
+    own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-300)
+    around = _around(faces, len(V))
+    middles = V[faces].mean(axis=1)
+    radii = np.linalg.norm(V[faces] - middles[:, None], axis=2).max(axis=1)
+    best, rows = np.inf, max(1, CHUNK // len(faces))
+    for some in np.array_split(corners, range(rows, len(corners), rows)):
+        far = np.linalg.norm(middles - V[some, None], axis=2)
+        p, f = np.nonzero(far - radii < min(best, float((far + radii).max(initial=0.0))))
+        way = middles[f] - V[some[p]]
+        size = far[p, f] + radii[f]
+        against = (np.einsum("ci,ci->c", way, normals[f]) < radii[f]) & (size > 0.0)
+        p, f = p[against], f[against]
+        p, f = _nearest_first(some, p, f, far, radii)
+        for cut in np.array_split(np.arange(len(p)), range(CHUNK // 20, len(p), CHUNK // 20)):
+            best = min(best, _least(V, faces, (normals, own, around), some[p[cut]], f[cut]))
+            if not len(cut) or best <= float((far[p[cut], f[cut]] - radii[f[cut]]).max()):
+                break  # those that follow are farther
+    return best
+
+
+def _nearest_first(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) -> tuple[Ints, Ints]:
+    order = np.argsort(far[p, f] - radii[f], kind="stable")
+    return p[order], f[order]
+
+
+def _around(faces: Ints, count: int) -> tuple[Ints, Ints]:
+    """Faces at each corner (f k,), one corner after the other, and where those of each begin (n + 1,)."""
+    order = np.argsort(faces.ravel(), kind="stable")
+    starts = np.concatenate([[0], np.cumsum(np.bincount(faces.ravel(), minlength=count))])
+    return order // faces.shape[1], starts.astype(np.int64)
+
+
+def _least(
+    V: Floats, faces: Ints, directions: tuple[Floats, Floats, tuple[Ints, Ints]], corner: Ints, face: Ints
+) -> float:
+    """Return the least distance, m, from a corner to a face over pairs (c,) that face each other; infinite if none do.
+
+    The normal of the face then points to the corner, and at the corner the normal of one of its own faces, or their
+    mean, points to the face.
+    """
+    normals, own, (at, starts) = directions
+    apart = ~(faces[face] == corner[:, None]).any(axis=1)
+    corner, face = corner[apart], face[apart]
+    way = -away(V[corner], V[faces[face]])  # from the corner to the face
+    far = np.linalg.norm(way, axis=1)
+    across = (np.einsum("ci,ci->c", way, normals[face]) <= -FACING * far) & (far > 0.0)
+    corner, way, far = corner[across], way[across], far[across]
+    many = starts[corner + 1] - starts[corner]
+    which = np.repeat(np.arange(len(corner)), many)
+    place = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many) + np.repeat(starts[corner], many)
+    ahead = np.einsum("ci,ci->c", way, own[corner])
+    np.maximum.at(ahead, which, np.einsum("ci,ci->c", way[which], normals[at[place]]))
+    return float(far[ahead >= FACING * far].min(initial=np.inf))

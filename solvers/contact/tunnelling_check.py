@@ -1,0 +1,126 @@
+"""Whether a rigid body went through a surface from one state to the next, so that an equilibrium is on the wrong side.
+
+Every state is found by itself: what has gone past a body in one step touches nothing, and what has gone half-way pushes
+nodes out behind it. In between both are taken to go straight. Asked are the points that keep clear, how deep they were
+in the rigid body, and the middle of that, through which facets it went: between their points nothing is in its way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.rigid_transform import Pose, Posed, declared
+from softmark.solvers.contact.signed_distance.distance_function import Gap, inside
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.energies.energy import Floats, Ints
+
+STEPS, MOST = 32, 1024  # from one state to the next, or two to a depth; no more
+APART = 0.25  # of the way of a rigid body, and of how deep its middle is, where nothing is pressed in the end
+DEEP, WIDE = 0.75, 0.4  # of that depth, and of the way, where something is: what slides around an edge goes on a curve
+ACROSS = 0.5  # of that depth, of what is pressed on the other side of it than the one that it was on
+BESIDE = 1e-3  # of a triangle: what is as near to a side of it goes through it too
+
+
+@dataclass(frozen=True)
+class Skin:
+    """All of a body's surface, or of a slice its border: triangles of nodes `of` (t, 3), at rest X (t, 3, 3), m."""
+
+    of: Ints
+    X: Floats
+
+    def at(self, x: Floats, pose: Pose) -> Floats:
+        """In a state (dofs,), as seen from a rigid body that has moved (t, 3, 3), m."""
+        now = self.X + np.asarray(x, dtype=np.float64)[3 * self.of[..., None] + np.arange(3)]
+        return pose.back(now.reshape(-1, 3)).reshape(now.shape)
+
+
+def skin(points: Floats, facets: Ints) -> Skin:
+    """Of facets (f, a) of a mesh, at rest at points (n, 3), m."""
+    triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
+    return Skin(triangles, points[triangles])
+
+
+def passed(contact: Touching, before: Floats, x: Floats) -> float:
+    """How deep, m, points were behind the surface of a rigid body on the way from a state (dofs,) to another; or 0.
+
+    Asked are those that are pressed in the end, or all of them where none is.
+    """
+    now = contact.at(1.0)
+    start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))
+    own = declared(now.body)
+    on = now.pressures(x) > 0.0
+    pressed = bool(on.any())
+    on = on if pressed else np.ones_like(on)
+    first, last = (now.places(y)[on] for y in (before, x))
+    travel = float(np.linalg.norm(end.moved(first) - start.moved(first), axis=1).max(initial=0.0))
+    if travel == 0.0:
+        return 0.0
+    inner = inside(own)
+    deep = _deepest(own, (start, end), (first, last), inner)
+    allowed = np.full(len(deep), max(DEEP * inner, WIDE * travel) if pressed else APART * min(inner, travel))
+    if pressed and inner > 0.0:
+        n0, n1 = (own.look(pose.back(X))[1] for pose, X in ((start, first), (end, last)))
+        allowed[np.einsum("ni,ni->n", n0, n1) < 0.0] = ACROSS * inner
+    deepest = float(deep[deep > allowed].max(initial=0.0))
+    if contact.skin is not None and 0.0 < inner < np.inf:
+        middle = np.array(own.centroid) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
+        if _pierced(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle):
+            return max(deepest, inner)
+    return deepest
+
+
+def _deepest(own: Gap, poses: tuple[Pose, Pose], ends: tuple[Floats, Floats], inner: float) -> Floats:
+    """How deep points were at most that go from one end to the other (n, 3), m, as the rigid body turns and shifts."""
+    (start, end), (first, last) = poses, ends
+    far = float(np.linalg.norm(end.back(last) - start.back(first), axis=1).max(initial=0.0))
+    steps = int(np.clip(2.0 * far / inner, STEPS, MOST)) if inner > 0.0 else STEPS
+    deep = np.zeros(len(first))
+    for share in np.arange(1, steps) / steps:
+        shift, rotation = ((1.0 - share) * np.array(a) + share * np.array(b)
+                           for a, b in ((start.shift, end.shift), (start.rotation, end.rotation)))  # fmt: skip
+        pose = Pose(tuple(shift.tolist()), tuple(rotation.tolist()), end.about)
+        deep = np.maximum(deep, -Posed(own, pose).gap((1.0 - share) * first + share * last))
+    return deep
+
+
+def entered(contact: Touching, before: Floats, x: Floats) -> bool:
+    """Return whether facets of the surface swept over the centroid of a rigid body between two states (dofs,), m.
+
+    They then penetrate the body by at least half of its thickness. Use it only for steps that are short relative to
+    that thickness.
+    """
+    now = contact.at(1.0)
+    start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))
+    own = declared(now.body)
+    if contact.skin is None or not 0.0 < inside(own) < np.inf:
+        return False
+    middle = np.array(own.centroid) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
+    return len(_crossings(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle)) > 0
+
+
+def _pierced(A: Floats, B: Floats) -> bool:
+    """Whether triangles that go straight from A to B (t, 3, 3), m, from the middle of a rigid body, have gone past it.
+
+    In through some and out through others that look the other way; what goes on around a corner does not.
+    """
+    n = _crossings(A, B)
+    return bool((n @ n.T < 0.0).any())
+
+
+def _crossings(A: Floats, B: Floats) -> Floats:
+    """Normals (k, 3), m^2, of the triangles that sweep over the origin, going straight from A to B (t, 3, 3), m."""
+    both = np.concatenate([A, B], axis=1)
+    near = ((both.min(axis=1) <= 0.0) & (both.max(axis=1) >= 0.0)).all(axis=1)
+    A, B = A[near], B[near]
+    share = np.linspace(0.0, 1.0, STEPS + 1)[:, None, None, None]
+    volume = np.linalg.det((1.0 - share) * A + share * B)
+    at, which = np.nonzero(volume[:-1] * volume[1:] < 0.0)
+    v, w = volume[at, which], volume[at + 1, which]
+    s = ((at + v / (v - w)) / STEPS)[:, None, None]
+    T = (1.0 - s) * A[which] + s * B[which]
+    n = np.cross(T[:, 1] - T[:, 0], T[:, 2] - T[:, 0])
+    parts = np.stack([np.einsum("ti,ti->t", np.cross(T[:, i], T[:, i - 2]), n) for i in range(3)])
+    found: Floats = n[parts.min(axis=0) >= -BESIDE * np.einsum("ti,ti->t", n, n)]
+    return found

@@ -1,0 +1,137 @@
+"""The largest angular frequency of a body, which limits explicit steps, and how it changes while the body moves."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import ArpackNoConvergence, eigsh
+
+from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_problem import Rayleigh
+from softmark.solvers.dynamics.integrator import Motion
+from softmark.solvers.energies.energy import Floats
+
+EVERY = 64  # steps between estimates at most
+SOONEST = 4  # and at least, but for what forces tell
+CHANGE = 0.005  # of the frequency between two estimates: where it is more, the next one comes sooner
+ACCURACY = 1e-3  # of the eigenvalue
+SMALL = 12  # degrees of freedom that a dense eigenvalue solver takes at once
+WARM = 24  # Lanczos vectors from a start that is nearly right
+
+
+def largest_mode(K: sparse.csr_matrix, mass: Floats, start: Floats | None = None) -> tuple[float, Floats]:
+    """The largest frequency, rad/s, and its vector sqrt(M) u; `start` is such a vector of a state nearby.
+
+    sqrt of the largest eigenvalue of M^-1 K, M = diag(mass), by Lanczos iteration (Lanczos 1950). It comes from below,
+    with a relative error of about ACCURACY / 2 at most. Infinite where K or 1/M is not finite.
+    """
+    if not len(mass):
+        return 0.0, np.zeros(0)
+    if not (np.all(np.isfinite(K.data)) and np.all(mass > 0.0)):
+        return np.inf, np.ones(len(mass))
+    root = sparse.diags(1.0 / np.sqrt(mass))
+    A = root @ K @ root
+    if len(mass) <= SMALL:
+        values, vectors = np.linalg.eigh(A.toarray())
+        largest, vector = float(values[-1]), vectors[:, -1]
+    else:
+        found = None if start is None else _lanczos(A, start)
+        largest, vector = found or _arpack(A, start)
+    return float(np.sqrt(max(largest, 0.0))), vector
+
+
+def _arpack(A: sparse.csr_matrix, start: Floats | None) -> tuple[float, Floats]:
+    """The largest eigenvalue and its vector; where the iteration does not end, the norm, which bounds it."""
+    first = np.random.default_rng(0).standard_normal(A.shape[0]) if start is None else start
+    try:
+        values, vectors = eigsh(A, k=1, which="LA", v0=first, tol=ACCURACY)
+    except ArpackNoConvergence:
+        return float(abs(A).sum(axis=1).max()), first
+    return float(values[0]), vectors[:, 0]
+
+
+def _lanczos(A: sparse.csr_matrix, start: Floats) -> tuple[float, Floats] | None:
+    """The same from a start that is nearly right; None where WARM vectors do not come to an end.
+
+    A tenth of noise is mixed into the start: another mode may have become the fastest.
+    """
+    noise = np.random.default_rng(1).standard_normal(len(start))
+    q = start / np.linalg.norm(start) + 0.1 * noise / np.linalg.norm(noise)
+    Q = np.zeros((min(WARM, len(start)) + 1, len(start)))
+    Q[0] = q / np.linalg.norm(q)
+    alpha: list[float] = []
+    beta: list[float] = []
+    for k in range(len(Q) - 1):
+        r = A @ Q[k]
+        alpha.append(float(r @ Q[k]))
+        r -= Q[: k + 1].T @ (Q[: k + 1] @ r)
+        r -= Q[: k + 1].T @ (Q[: k + 1] @ r)  # twice is enough (Parlett 1980, section 6-9)
+        size = float(np.linalg.norm(r))
+        T = np.diag(alpha) + np.diag(beta, 1) + np.diag(beta, -1)
+        values, vectors = np.linalg.eigh(T)
+        if (k >= 5 and size * abs(vectors[-1, -1]) <= ACCURACY * abs(values[-1])) or size == 0.0:
+            return float(values[-1]), vectors[:, -1] @ Q[: k + 1]
+        beta.append(size)
+        Q[k + 1] = r / size
+    return None
+
+
+class Frequencies:
+    """Keeps the critical step while the body moves."""
+
+    def __init__(self, forces: Forces, damping: Rayleigh) -> None:
+        self.forces, self.damping = forces, damping
+        self.mass: Floats = forces.M.diagonal()[forces.free]
+        self.omega = 0.0
+        self.definite = 0.0  # of the definite tangent, which damping in proportion to the stiffness takes
+        self._modes: dict[str, Floats] = {}
+        self._age, self._interval = 0, SOONEST
+
+    def critical_step(self, x: Floats, time: float) -> float:
+        """The step of central differences that is stable in the state x up to here, s; infinite where nothing is stiff.
+
+        2/w (sqrt(1 + z^2) - z), z = b w / 2 with damping b K (Belytschko et al. 2014, section 6.2). Where the
+        tangent K and the definite one K', of which the damping is made, differ: the h with h^2 w^2 + 2 b h w'^2 = 4.
+        """
+        before, spent = self.omega, self._age
+        K = self.forces.tangent(x, self.forces.factors(time))
+        self.omega = self.definite = self._largest("tangent", 0.5 * (K + K.T) if self.forces.turns else K)
+        if self.damping.beta:
+            data = self.forces.drag(x)
+            self.definite = self._largest("definite", self.forces.pattern.matrix(data))
+        self._age, self._interval = 0, self._next(before, spent)
+        return self.critical
+
+    def _largest(self, name: str, K: sparse.csr_matrix) -> float:
+        omega, self._modes[name] = largest_mode(K, self.mass, self._modes.get(name))
+        return omega
+
+    def _next(self, before: float, spent: int) -> int:
+        """After how many steps to look again: as many as leave a change of CHANGE at the rate of late."""
+        if not (before and spent):
+            return SOONEST
+        change = abs(self.omega / before - 1.0)
+        longest = min(EVERY, 2 * max(self._interval, SOONEST))
+        return int(np.clip(spent * CHANGE / change, SOONEST, longest)) if change else longest
+
+    @property
+    def critical(self) -> float:
+        """The critical step of the last estimate, s."""
+        w, b = self.omega, self.damping.beta * self.definite**2
+        if not np.isfinite(w) or not np.isfinite(b):
+            return 0.0
+        return 4.0 / (np.hypot(b, 2.0 * w) + b) if w or b else np.inf
+
+    def after(self, now: Motion, x: Floats, a: Floats, time: float) -> float:
+        """The critical step after a step from `now` to x, s.
+
+        Estimated anew every EVERY steps, sooner where it changes, and at once where accelerations have changed over
+        displacements by more than the largest frequency explains: |da| > w^2 |dx| in the norm of the mass.
+        """
+        self._age += 1
+        free, weight = self.forces.free, np.sqrt(self.mass)
+        jerk = np.linalg.norm(weight * (a - now.a)[free])
+        way = np.linalg.norm(weight * (x - now.x)[free])
+        if self._age >= self._interval or jerk > self.omega**2 * way:
+            return self.critical_step(x, time)
+        return self.critical

@@ -1,0 +1,411 @@
+"""Newton's method for the end of an implicit step.
+
+The equations of a step under conservative forces are those of a minimum, the incremental potential (Ortiz and
+Stainier 1999): inertia and damping are a quadratic function of the end of the step, the forces a potential. Whole
+Newton steps that lower the imbalance by much are kept; others must lower the potential, or the imbalance under
+follower loads, and where the tangent does not lead downhill the definite one does.
+
+Friction has an energy with the pressures and normals of an earlier iterate, and the step is that of a minimum then too
+(Kaufman et al. 2008; Li et al. 2020, section 5.4). What it leads to gives new pressures, which change little from one
+iterate to the next, for inertia holds nodes where they are; where they do not settle the step fails, and is halved.
+"""
+
+from __future__ import annotations
+
+import math
+from copy import copy
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.dynamics.dynamic_forces import Force
+from softmark.solvers.dynamics.integrator import Motion, Stage, StepFailed
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Singular
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.dynamic_contact import Touches
+    from softmark.solvers.dynamics.implicit_step import System
+
+EPS = float(np.finfo(np.float64).eps)
+MUCH = 0.25  # of the imbalance: a whole step that leaves less is kept without asking for the potential
+WORSE = 1.25  # times the imbalance that the best way to start had when all were tried: more, and all are tried again
+LESS = 0.97  # of it with every step, so that now and then they are
+SHORTEST = 1e-5  # part of a Newton step that is tried
+LAGS = 40  # pressures that friction is tried with
+ROUGH, FINER = 1e-2, 0.05  # how well such a trial is worth solving: at most, and of what the last pressures left
+
+
+@dataclass(frozen=True)
+class StepIteration:
+    """A Newton iteration of the step that ends at `time`: the residual, relative, that `length` of it led to."""
+
+    time: float
+    step: float
+    number: int
+    residual: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a step was solved: linear systems, the relative residual, whether it meets the tolerance."""
+
+    iterations: int = 0
+    residual: float = 0.0
+    solved: bool = True
+    lagged: bool = False  # by one factor with lagged stresses, not by Newton's method
+
+
+class StageNewton:
+    """Solves stages; keeps the history of all iterations and the size of forces of the last accepted step."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.history: list[StepIteration] = []
+        self.scale = 0.0
+        self.way = 2, 0.0  # which way to start was the best when all were tried, and its imbalance, relative
+
+    def solve(self, stage: Stage) -> tuple[Motion, Outcome]:
+        """The end of the step. Raises StepFailed."""
+        balance = StageEquations(self.system, stage)
+        trial, outcome = self._rubbed(balance) if balance.rubs else self._descend(balance)
+        self.scale = trial.scale
+        return balance.motion(trial), outcome
+
+    def _rubbed(self, balance: StageEquations) -> tuple[StageTrial, Outcome]:
+        """The end of a step, with the friction of its own pressures. Raises StepFailed where these do not settle."""
+        touches, impact, start = balance.touches, self.system.forces.impact, balance.stage.start
+        assert touches is not None and impact is not None  # noqa: PT018
+        known, x, residual, count = touches.lagged(start.x, impact.at(start.time)), None, 1.0, 0
+        for _ in range(LAGS):
+            goal = max(balance.tolerance, min(ROUGH, FINER * residual))
+            trial, outcome = self._descend(balance.rubbing(known, goal), x)
+            own, x = balance.trial(trial.x), trial.x
+            scale, count = max(own.scale, self.scale), count + outcome.iterations
+            residual = own.size / scale if scale else own.size
+            if balance.met(own, scale, own.size):
+                return own, Outcome(count, residual, True)
+            known = touches.lagged(x)
+        raise StepFailed(f"friction does not settle, residual {residual:.1e}")
+
+    def _descend(self, balance: StageEquations, x: Floats | None = None) -> tuple[StageTrial, Outcome]:
+        most, cap = self.system.problem.max_iterations, self.system.problem.cap
+        trial, before, length = balance.start() if x is None else balance.trial(x), np.inf, 0.0
+        for number in range((most if cap is None else cap) + 1):
+            scale = max(trial.scale, self.scale)
+            residual = trial.size / scale if scale else trial.size
+            self.history.append(StepIteration(balance.end, balance.stage.step, number, residual, length))
+            if not math.isfinite(residual):
+                raise StepFailed("forces are not finite")
+            solved = balance.met(trial, scale, before)
+            if solved or number == cap:
+                return trial, Outcome(number, residual, solved)
+            if number < most or cap is not None:
+                before = trial.size
+                try:
+                    trial, length = balance.better(trial, scale)
+                except StepFailed:
+                    if not balance.drowned(trial):
+                        raise
+                    return trial, Outcome(number, residual, True)
+        raise StepFailed(f"residual {residual:.1e} after {most} Newton iterations")
+
+
+@dataclass(frozen=True)
+class StageTrial:
+    """An end of a step on trial: what is out of balance there is computed when it is asked for."""
+
+    balance: StageEquations
+    x: Floats
+    v: Floats
+    a: Floats
+    inertia: Floats
+    drag: Floats
+
+    @property
+    def steady(self) -> Floats:
+        """Inertia, damping and the forces of the start: linear in x."""
+        return self.inertia + self.drag + self.balance.past
+
+    @cached_property
+    def force(self) -> Force:
+        """The forces that balance them."""
+        return self.balance.force(self.x)
+
+    @cached_property
+    def potential(self) -> float:
+        """Potential energy of the forces, J; of the internal ones alone where loads have none."""
+        forces, x = self.balance.forces, self.balance.weighted(self.x)
+        return forces.value(x, self.balance.factors) if forces.conservative else forces.strain(x)
+
+    @cached_property
+    def stored(self) -> float:
+        """What the barriers of contacts store, J; infinite where a point has gone through a rigid body."""
+        return self.balance.stored(self.x)
+
+    @cached_property
+    def contact(self) -> Floats | float:
+        """Minus the forces of contact (dofs,), N."""
+        touches = self.balance.touches
+        return 0.0 if touches is None else self.balance.stage.touch * touches.gradient(self.x)
+
+    @property
+    def possible(self) -> bool:
+        """Whether it lies in the domain of the law: all states of rods do, whose forces are known anyway."""
+        if not math.isfinite(self.stored):
+            return False
+        return math.isfinite(self.size if self.balance.forces.turns else self.potential)
+
+    @cached_property
+    def r(self) -> Floats:
+        """What is out of balance (free,), N."""
+        r: Floats = (self.steady + self.balance.weight * self.force.total + self.contact)[self.balance.forces.free]
+        return r
+
+    @cached_property
+    def size(self) -> float:
+        """Its norm."""
+        return norm(self.r)
+
+    @cached_property
+    def scale(self) -> float:
+        """The largest of the forces that balance each other, N, internal ones with those on supports."""
+        free = self.balance.forces.free
+        forces = (self.inertia[free], self.drag[free], self.force.internal, self.force.external[free])
+        most = max(norm(f) for f in forces)
+        return most if self.balance.touches is None else max(most, norm(np.asarray(self.contact)[free]))
+
+
+def norm(f: Floats) -> float:
+    """|f|, without the toll that the general norm takes of short vectors."""
+    return math.sqrt(f @ f)
+
+
+class StageEquations:
+    """The equations of one stage: residual, incremental potential, Newton steps."""
+
+    def __init__(self, system: System, stage: Stage) -> None:
+        self.system, self.stage, self.forces = system, stage, system.forces
+        start = stage.start
+        self.share = 1.0 - stage.alpha_f
+        self.weight = 1.0 if stage.between else self.share  # of the forces in the residual
+        self.end = start.time + stage.step
+        self.time = self.end + (stage.alpha_m - stage.alpha_f) * stage.step  # of accelerations
+        self.factors = stage.load.mean if stage.between else stage.load.end
+        impact = self.forces.impact
+        self.touches = None if impact is None else impact.at(self.end)
+        self.since = [] if impact is None else impact.at(start.time).places(start.x)
+        self.tolerance = system.problem.tolerance
+        self.past: Floats | float = 0.0
+        if stage.alpha_f and not stage.between:
+            self.past = stage.alpha_f * self.forces.begun(start.x, stage.load.start).total
+
+    @property
+    def rubs(self) -> bool:
+        """Whether some contact has friction, of pressures that are sought as well."""
+        return self.touches is not None and self.touches.rubs
+
+    def rubbing(self, touches: Touches, tolerance: float) -> StageEquations:
+        """The same with friction as it is known, to be solved so well."""
+        other = copy(self)
+        other.touches, other.tolerance = touches, tolerance
+        return other
+
+    def trial(self, x: Floats) -> StageTrial:
+        """The end x, with the velocity and the acceleration that belong to it."""
+        stage, system, fixed = self.stage, self.system, self.forces.fixed
+        way = x - stage.coast
+        a, v = stage.A * way, stage.speed + stage.B * way
+        a[fixed], v[fixed] = system.support_acceleration(self.time), system.support_velocity(self.end)
+        mean = (1.0 - stage.alpha_m) * a + stage.alpha_m * stage.start.a if stage.alpha_m else a
+        inertia = self.forces.inertia(mean)
+        if (turning := system.problem.turning) is not None:
+            inertia += turning.inertia(stage, x, v)
+        drag = system.damping.force(stage.speeding(x, v))
+        return StageTrial(self, x, v, a, inertia, drag)
+
+    def motion(self, trial: StageTrial) -> Motion:
+        """What it is at the end."""
+        a, v, (more_a, more_v) = trial.a, trial.v, self.stage.beyond
+        if self.touches is not None and (more_a or more_v):
+            c = self.system.spread(-self.touches.gradient(trial.x))
+            a, v = a + more_a * c, v + more_v * c
+        return Motion(self.end, trial.x, v, a, self.stage.load.last)
+
+    def stored(self, x: Floats) -> float:
+        """What the barriers of contacts store at the end x, J; infinite where a point has gone through a rigid body."""
+        if self.touches is None:
+            return 0.0
+        return math.inf if self.touches.passed(x, self.since) else self.touches.value(x)
+
+    def force(self, x: Floats) -> Force:
+        """The forces that count for the end x."""
+        return self.forces.at(self.weighted(x), self.factors)
+
+    def weighted(self, x: Floats) -> Floats:
+        """The state whose forces count."""
+        return self.share * x + self.stage.alpha_f * self.stage.start.x if self.stage.between else x
+
+    def met(self, trial: StageTrial, scale: float, before: float) -> bool:
+        """The tolerance is met, or the last iteration has lowered nothing and rounding is all that is left."""
+        if trial.size <= self.tolerance * scale:
+            return True
+        return 0.3 * before < trial.size <= 4.0 * (self._rounding(trial.x) + self._blur(trial))
+
+    def drowned(self, trial: StageTrial) -> bool:
+        """Whether rounding of the states is all that is out of balance, as in a body on which no force acts."""
+        free = self.forces.free
+        known = np.abs(trial.x) + np.abs(self.stage.coast)
+        lost = abs(self._jacobian(trial.x, False)) @ known[free]
+        return trial.size <= 4.0 * EPS * norm(lost)
+
+    def _rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the forces, N."""
+        known = self.forces.rounding(x)
+        return known if self.touches is None else known + self.stage.touch * self.touches.rounding(x)
+
+    def _blur(self, trial: StageTrial) -> float:
+        """Norm of what rounding of x leaves in the inertia, N."""
+        lost = self.forces.M @ (np.abs(trial.x) + np.abs(self.stage.coast))
+        return EPS * abs(1.0 - self.stage.alpha_m) * self.stage.A * float(np.linalg.norm(lost))
+
+    # ------------------------------------------------------------------ start
+
+    def start(self) -> StageTrial:
+        """The best of staying, coasting on and speeding up as before; where supports move, following them.
+
+        With a cap, staying: the step is then what codes that iterate so seldom make of it.
+        """
+        now, h, fixed = self.stage.start, self.stage.step, self.forces.fixed
+        stay = self.system.supported(now.x, self.end)
+        if np.any(stay[fixed] != now.x[fixed]):
+            return self._towed(stay)
+        if self.system.problem.cap is not None:
+            return self.trial(stay)
+        coasting = now.x + h * now.v
+        speeding = coasting + 0.5 * h**2 * now.a
+        coasting[fixed] = speeding[fixed] = stay[fixed]
+        ways = [stay, *(self._short_of(stay, x) for x in (coasting, speeding))]
+        trials: list[StageTrial | None] = [None] * len(ways)
+        if self.touches is None:  # trials take most of the time of a small body: the best way of before may do
+            way, left = self.system.newton.way
+            trials[way] = known = self.trial(ways[way])
+            if known.size <= max(MUCH, WORSE * left if self.forces.turns else 0.0) * known.scale:
+                self.system.newton.way = way, LESS * left
+                return known
+        every = [self.trial(x) if known is None else known for x, known in zip(ways, trials, strict=True)]
+        inside = [t for t in every if t.possible]
+        if not inside:
+            through = any(t is not None and not math.isfinite(t.stored) for t in every)
+            where = "goes through a rigid body" if through else "is outside the domain of the law"
+            raise StepFailed(f"the state {where}")
+        if self.forces.conservative:
+            best = min(inside, key=lambda t: self.rise(inside[0], t))
+            self.system.newton.way = next(i for i, t in enumerate(every) if t is best), 0.0
+            return best
+        way = min((i for i, t in enumerate(every) if t.possible), key=lambda i: every[i].size)
+        best = every[way]
+        self.system.newton.way = way, best.size / best.scale if best.scale else 0.0
+        return best
+
+    def _short_of(self, stay: Floats, x: Floats) -> Floats:
+        """A state on the way to x, short of where surfaces meet; x where none do."""
+        length = self.reach(stay, x - stay)
+        return x if length == 1.0 else stay + length * (x - stay)
+
+    def _towed(self, moved: Floats) -> StageTrial:
+        """One linear step from the start of the step, for the motion of the supports over it."""
+        now = self.stage.start
+        here, d = self.trial(now.x), moved - now.x
+        eps = 1e-6 / max(1.0, 1e3 * float(np.abs(d).max()))
+        there = self.trial(now.x + eps * d)
+        # inertia and damping know the motion of the supports at the end: only their displacement is to come
+        coupling = self.weight * (there.force.total - here.force.total) / eps
+        d[self.forces.free] = self._direction(here, here.r + coupling[self.forces.free], 1e-6, True)
+        if self.reach(now.x, d) < 1.0:
+            raise StepFailed("the motion of the supports takes surfaces through each other")
+        towed = self.trial(now.x + d)
+        if not np.isfinite(towed.potential) or not towed.possible:
+            raise StepFailed("the motion of the supports turns cells inside out")
+        return towed
+
+    # ------------------------------------------------------------------ iteration
+
+    def better(self, trial: StageTrial, scale: float) -> tuple[StageTrial, float]:
+        """The next trial, and the part of the Newton step that leads there. Raises StepFailed."""
+        goal = 0.1 * self.tolerance * scale / trial.size  # of the linear system: no more than needed
+        reason = "no Newton step lowers the energy"
+        for projected in (False, True):
+            try:
+                d = self._direction(trial, trial.r, float(np.clip(goal, 1e-12, 1e-3)), projected)
+            except StepFailed as failure:
+                reason = failure.reason
+                continue
+            if projected or not self.forces.conservative or trial.r @ d < 0.0:
+                found = self._along(trial, d)
+                if found is not None:
+                    return found
+        raise StepFailed(reason)
+
+    def _direction(self, trial: StageTrial, r: Floats, tolerance: float, projected: bool) -> Floats:
+        """-J^-1 r (free,). Raises StepFailed."""
+        J = self._jacobian(trial.x, projected)
+        try:
+            d = -self.system.linear.solve(J, r, tolerance)
+        except (Singular, np.linalg.LinAlgError) as error:
+            raise StepFailed(f"the tangent is singular ({error})") from error
+        if not np.all(np.isfinite(d)):
+            raise StepFailed("the tangent is singular")
+        return d
+
+    def _jacobian(self, x: Floats, projected: bool) -> sparse.csr_matrix:
+        """dr/dx = (1 - alpha_m) A M + (1 - alpha_f) (B C + K), in the shared pattern; with the inertia of turns."""
+        stage, turning = self.stage, self.system.problem.turning
+        J = self.forces.tangent(self.weighted(x), self.factors, projected)
+        J.data *= self.share
+        self.forces.add_mass(J.data, (1.0 - stage.alpha_m) * stage.A)
+        if self.system.damping.active:
+            J.data += stage.damped * self.system.damping.data
+        if self.touches is not None:
+            self.touches.add_hessian(x, J.data, stage.touch, projected)
+        if turning is not None:
+            v = stage.speed + stage.B * (x - stage.coast)
+            self.forces.add_blocks(J.data, turning.tangent(stage, x, v))
+        return J if self.touches is None else self.touches.coupled(x, J, self.forces.free, stage.touch, projected)
+
+    def _along(self, trial: StageTrial, d: Floats) -> tuple[StageTrial, float] | None:
+        """The whole step, or the part of it that lowers the potential enough (Armijo 1966); None where none does."""
+        way, slope = np.zeros_like(trial.x), float(trial.r @ d)
+        way[self.forces.free] = d
+        length = self.reach(trial.x, way)
+        while length > SHORTEST:
+            there = self.trial(trial.x + length * way)
+            if there.size <= MUCH * trial.size and length == 1.0 and math.isfinite(there.stored):
+                return there, length
+            if there.possible and self._lower(trial, there, length * slope):
+                return there, length
+            length *= 0.5
+        return None
+
+    def _lower(self, trial: StageTrial, there: StageTrial, slope: float) -> bool:
+        if self.forces.conservative:
+            noise = 1e-13 * (abs(trial.potential) + abs(there.potential) + abs(trial.stored) + abs(there.stored))
+            return self.rise(trial, there) <= 1e-4 * slope + noise
+        return there.size <= (1.0 - 1e-4) * trial.size
+
+    def reach(self, x: Floats, d: Floats) -> float:
+        """The part of an increment d (dofs,), at most 1, that can be gone before surfaces that both deform meet."""
+        return 1.0 if self.touches is None else self.touches.limit(x, d)
+
+    def rise(self, here: StageTrial, there: StageTrial) -> float:
+        """By how much the incremental potential is larger there, J."""
+        free = self.forces.free
+        step = (there.x - here.x)[free]
+        quadratic = 0.5 * float(step @ (here.steady + there.steady)[free])  # exact: its gradient is linear
+        weight = 1.0 / self.share if self.stage.between else self.share
+        rise = quadratic + weight * (there.potential - here.potential)
+        return rise if self.touches is None else rise + self.stage.touch * (there.stored - here.stored)

@@ -1,0 +1,218 @@
+"""What integrators ask of a body: its supports, accelerations, and the end of an implicit step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from softmark.solvers.dynamics.critical_time_step import Frequencies
+from softmark.solvers.dynamics.damping import Damping
+from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_problem import Direct, Dynamics, StepLinearSolver
+from softmark.solvers.dynamics.implicit_newton import Outcome, StageNewton
+from softmark.solvers.dynamics.integrator import Motion, Stage, StepFailed
+from softmark.solvers.dynamics.lagged_tangent import Lagged, suits
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.linear.factorisations import Factor, Singular, factor
+
+SMALL = 500  # unknowns below which SuperLU is as quick
+REPEATS = 8  # of a step, each with the damping of the state that the last one found
+DRAG = 10.0  # times the tolerance: what part of the largest force damping may be off by, as that of another state
+UNSETTLED = 1e-4  # of the largest force: damping that repeats leave off by more is that of no state
+BLUR = 16.0  # times what rounding leaves in the force of damping: less is no change of it
+SAME = 1e-8  # relative: loads that differ by less are one
+
+
+def _linear(forces: Forces) -> StepLinearSolver:
+    """Cholesky with conjugate gradients for many unknowns under a potential; else a factorisation for any matrix."""
+    meets = forces.impact is not None and bool(forces.impact.meets)  # in patterns that change
+    if meets or not forces.conservative or len(forces.free) < SMALL:
+        return Direct(forces.conservative)
+    from softmark.solvers.linear.recycled_solves import LinearSolver as Repeated
+
+    return Repeated()
+
+
+class System:
+    """A problem made ready to march in steps of `step` seconds, the longest."""
+
+    def __init__(self, problem: Dynamics, step: float) -> None:
+        self.problem, self.step = problem, step
+        self.forces = Forces(problem)
+        self.damping = Damping(self.forces, problem.damping, problem.direction)
+        self.linear: StepLinearSolver = problem.linear or _linear(self.forces)
+        self.newton = StageNewton(self)
+        self.lagged = self._lagged() if problem.lagged and not problem.integrator.explicit else None
+        self.outcome = Outcome()  # of the last step; an explicit one has nothing to solve
+        self.longest = np.inf  # s, the step that an explicit integrator can take now
+        self.swing = 0.0  # of an explicit integrator: by how much the energy of the fastest mode comes and goes
+
+    def _lagged(self) -> Lagged | None:
+        """Steps with lagged tangents, where the forces allow them."""
+        try:
+            return Lagged(self) if suits(self.forces) else None
+        except ValueError:  # a degree of freedom without stiffness or mass
+            return None
+
+    @cached_property
+    def frequencies(self) -> Frequencies:
+        """The largest frequency of the body, for explicit integrators."""
+        return Frequencies(self.forces, self.problem.damping)
+
+    def start(self) -> Motion:
+        """The motion at time 0, with the acceleration that balances its forces. Raises StepFailed."""
+        problem = self.problem
+        if problem.turning is not None:
+            problem.turning.reset()
+        x = self.supported(problem.rest.astype(np.float64), 0.0)
+        if problem.remembering is not None:
+            problem.remembering.reset(self.forces, x)
+        v = problem.velocity.astype(np.float64)
+        v[self.forces.fixed] = self.support_velocity(0.0)
+        self.damping.begin(x)
+        factors = self.forces.factors(0.0)
+        g = self.forces.at(x, factors).total + self.damping.force(v)
+        if problem.turning is not None:
+            g += problem.turning.gyroscopic(v)
+        return Motion(0.0, x, v, self.acceleration(g, 0.0), factors)
+
+    # ------------------------------------------------------------------ supports
+
+    @cached_property
+    def _moving(self) -> bool:
+        return self.problem.moves
+
+    def supported(self, x: Floats, time: float) -> Floats:
+        """x with the supports where they are at a time."""
+        if self._moving:
+            fixed = self.forces.fixed
+            x = x.copy()
+            x[fixed] = self.problem.rest[fixed] + self._imposed(time)
+            if len(self._turned) and (since := self._since) is not None:
+                x[fixed[self._turned]] -= self._imposed(since)[self._turned]
+        return x
+
+    @property
+    def _since(self) -> float | None:
+        """The time that rotations are counted from, s: turns about an axis that stays add up as numbers."""
+        return None if self.problem.turning is None else self.problem.turning.since
+
+    @cached_property
+    def _turned(self) -> Ints:
+        """Which of the fixed degrees of freedom are rotations (k,), where supports turn some."""
+        turning, moved = self.problem.turning, np.flatnonzero(self.problem.target)
+        found: Ints = np.flatnonzero(np.isin(self.forces.fixed, [] if turning is None else turning.where))
+        return found[np.isin(found, moved)]
+
+    def support_velocity(self, time: float) -> Floats | float:
+        """Velocity (c,) of the supports, m/s."""
+        if not self._moving:
+            return 0.0
+        if self.problem.way is not None:
+            return (self._imposed(time + self.step) - self._imposed(time - self.step)) / (2.0 * self.step)
+        course, h = self.problem.support_course.at, self.step
+        return (course(time + h) - course(time - h)) / (2.0 * h) * self.problem.target
+
+    def support_acceleration(self, time: float) -> Floats | float:
+        """Acceleration (c,) of the supports, m/s^2; a kink of their course is spread over a step."""
+        if not self._moving:
+            return 0.0
+        if self.problem.way is not None:
+            at, h = self._imposed, self.step
+            return (at(time + h) - 2.0 * at(time) + at(time - h)) / h**2
+        course, h = self.problem.support_course.at, self.step
+        return (course(time + h) - 2.0 * course(time) + course(time - h)) / h**2 * self.problem.target
+
+    def _imposed(self, time: float) -> Floats:
+        """What supports impose (c,) at a time."""
+        return self.problem.imposed(self.problem.support_course.at(time))
+
+    # ------------------------------------------------------------------ accelerations
+
+    def acceleration(self, g: Floats, time: float) -> Floats:
+        """a (dofs,) with M a = -g on free degrees of freedom, and that of the supports. Raises StepFailed."""
+        forces, a = self.forces, np.zeros_like(g)
+        a[forces.fixed] = self.support_acceleration(time)
+        if forces.lumped is not None:
+            a[forces.free] = -g[forces.free] / forces.lumped[forces.free]
+        else:
+            a[forces.free] = -self._mass.solve((g + forces.M @ a)[forces.free])
+        if not np.all(np.isfinite(a)):
+            raise StepFailed("forces or accelerations are not finite")
+        return a
+
+    @cached_property
+    def _mass(self) -> Factor:
+        """The mass matrix, factorised. Raises ValueError where it is singular."""
+        try:
+            return factor(self.forces.M_free)
+        except Singular as error:
+            raise ValueError("the mass matrix is singular") from error
+
+    def spread(self, f: Floats) -> Floats:
+        """The acceleration (dofs,), m/s^2, that forces f, N, give to what is free."""
+        free, a = self.forces.free, np.zeros_like(f)
+        a[free] = f[free] / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f[free])
+        return a
+
+    def under(self, motion: Motion, factors: Floats) -> Motion:
+        """A motion that is at once under other loads, with `factors` (l,): only its acceleration changes."""
+        change = factors - motion.factors
+        if not np.any(np.abs(change) > SAME * np.maximum(np.abs(factors), np.abs(motion.factors))):
+            return motion
+        a, free = motion.a.copy(), self.forces.free
+        f = self.forces.pushed(motion.x, -change)[free]
+        a[free] += f / self.forces.lumped[free] if self.forces.lumped is not None else self._mass.solve(f)
+        return replace(motion, a=a, factors=factors)
+
+    def kick(self, now: Motion, x: Floats, half: Floats, time: float, factors: Floats) -> tuple[Floats, Floats]:
+        """Acceleration and velocity at the end of an explicit step, from the velocity `half` of its middle.
+
+        The loads have `factors` (l,) there.
+        """
+        h, alpha, fixed = time - now.time, self.problem.damping.alpha, self.forces.fixed
+        g = self.forces.at(x, factors).total
+        if self.problem.damping.beta:
+            g = g + self.damping.force(half) - alpha * (self.forces.M @ half)
+        a = self.acceleration(g, time)
+        if (turning := self.problem.turning) is not None and self.forces.lumped is not None:
+            a = turning.settled(half, a, self.forces.lumped, h, alpha)
+        v = (half + 0.5 * h * a) / (1.0 + 0.5 * alpha * h)
+        a = a - alpha * v
+        a[fixed], v[fixed] = self.support_acceleration(time), self.support_velocity(time)
+        return a, v
+
+    # ------------------------------------------------------------------ implicit steps
+
+    def solve(self, stage: Stage) -> Motion:
+        """The end of an implicit step; damped by the stiffness of the state that it acts in. Raises StepFailed."""
+        if not self.problem.damping.beta or self.problem.cap is not None:
+            return self._solved(stage)
+        motion = self._settled(stage)
+        if not (
+            stage.alpha_f or stage.secant or stage.mean
+        ):  # what it takes is told by the mean velocity, energy_ledger.py
+            self.damping.begin(0.5 * (stage.start.x + motion.x))
+        return motion
+
+    def _settled(self, stage: Stage) -> Motion:
+        """The end of a step whose damping is that of the state it leads to. Raises StepFailed."""
+        self.damping.foresee(stage)
+        enough = DRAG * self.problem.tolerance
+        for _ in range(REPEATS):
+            motion = self._solved(stage)
+            off = self.damping.renew(stage, motion)
+            noise = BLUR * self.damping.rounding(stage.speeding(motion.x, motion.v))
+            if off <= max(enough * self.newton.scale, noise):
+                return motion
+        if off > max(enough, UNSETTLED) * self.newton.scale:
+            raise StepFailed("the damping and the state that it belongs to do not settle")
+        return motion
+
+    def _solved(self, stage: Stage) -> Motion:
+        """The end of an implicit step with the damping as it is. Raises StepFailed."""
+        found = self.lagged.solve(stage) if self.lagged else None
+        motion, self.outcome = found or self.newton.solve(stage)
+        return motion

@@ -1,0 +1,263 @@
+"""Implicit steps with one factorisation each: a tangent whose stresses are those of earlier states.
+
+The end of a step is extrapolated; there one tangent is factorised in single precision, and its factor serves all
+iterations (the chord method, Ortega and Rheinboldt 1970, section 7.1), accelerated after Anderson (1965; Walker
+and Ni 2011). Whether a step is solved is judged as Newton's method judges it, so that results agree to the
+tolerance; what does not converge goes to Newton's method.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeGuard
+
+import numpy as np
+
+from softmark.solvers.dynamics.dynamic_forces import Force, Forces
+from softmark.solvers.dynamics.implicit_newton import Outcome, StageEquations, StageTrial
+from softmark.solvers.dynamics.integrator import Motion, Stage
+from softmark.solvers.energies.energy import Energy, Floats, Lagging
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.implicit_step import System
+
+ORDER = 5  # the highest of an extrapolation
+MOST = 14  # iterations
+POOR = 0.6  # mean factor of the residual per iteration above which Newton's method is sooner there
+PAUSE = 64  # steps at most that are left to Newton's method after failures
+
+
+def lagging(energies: Sequence[Energy]) -> TypeGuard[tuple[Lagging, ...]]:
+    """Whether all of these energies offer a lagged tangent."""
+    return all(isinstance(e, Lagging) for e in energies)
+
+
+def suits(forces: Forces) -> bool:
+    """Whether steps under these forces can be taken so: a potential, lagging internal energies, dead loads."""
+    dead = all(not load.stencils.size for load in forces.loads)
+    return forces.conservative and dead and forces.impact is None and bool(forces.internal) and lagging(forces.internal)
+
+
+class Lagged:
+    """Solves stages, as long as it can; knows the states that came before."""
+
+    def __init__(self, system: System) -> None:
+        from softmark.solvers.linear.symbolic_cache import plan_of
+        from softmark.solvers.sparse.sparse_cholesky import Cholesky
+
+        self.system, self.forces = system, system.forces
+        pattern = self.forces.pattern
+        self.data = np.zeros(len(pattern.indices))
+        self.cholesky = Cholesky(plan_of(pattern.matrix(self.data)), "single")
+        self.states = Differences(ORDER, self.forces.dofs)
+        self.failures = 0  # steps that were tried and left to Newton's method
+        self._traces: list[Floats] = []  # of the last two accepted states, the latest first
+        self._pending: tuple[Floats, Floats] | None = None  # the last solution and its traces
+        self._rest = self._pause = 0
+
+    @property
+    def energies(self) -> tuple[Lagging, ...]:
+        """Those of the internal forces."""
+        internal = self.forces.internal
+        assert lagging(internal)
+        return internal
+
+    def solve(self, stage: Stage) -> tuple[Motion, Outcome] | None:
+        """The end of the step; None where Newton's method has to find it."""
+        self._accept(stage)
+        if self._rest:
+            self._rest -= 1
+            return None
+        balance = Lag(self, stage, self._extrapolated_traces())
+        found = self._iterate(balance, self._predicted(stage, balance.end))
+        if found is None or not self.system.problem.sound(found[0].x):
+            self._fail()
+            return None
+        trial, outcome = found
+        self._pause = 0
+        self._pending = trial.x, balance.now
+        self.system.newton.scale = trial.scale
+        return balance.motion(trial), outcome
+
+    def _fail(self) -> None:
+        """Count a step that Newton's method has to take; after several, leave it some more."""
+        self.failures += 1
+        self._pending = None
+        self._rest, self._pause = self._pause, min(PAUSE, 2 * self._pause + 1)
+
+    # ------------------------------------------------------------------ what came before
+
+    def _accept(self, stage: Stage) -> None:
+        """The start of a stage is the last accepted state."""
+        start = stage.start
+        if self.states.latest is start.x:
+            return
+        known = self._pending is not None and self._pending[0] is start.x
+        self.states.add(start.x, start.time)
+        if known and self._pending is not None:
+            self._traces = [self._pending[1], *self._traces[:1]]
+        else:
+            traces = np.empty(sum(e.kept for e in self.energies))
+            self.traced(start.x, np.zeros(self.forces.dofs), traces)
+            self._traces = [traces]
+        self._pending = None
+
+    def traced(self, x: Floats, g: Floats, traces: Floats) -> None:
+        """Internal forces into g, traces into `traces`."""
+        begin = 0
+        for energy in self.energies:
+            energy.add_gradient_kept(x, g, traces[begin : begin + energy.kept])
+            begin += energy.kept
+
+    def _extrapolated_traces(self) -> Floats:
+        last = self._traces[0]
+        return 2.0 * last - self._traces[1] if len(self._traces) > 1 else last
+
+    def _predicted(self, stage: Stage, end: float) -> Floats:
+        """Where the states lead; coasting on where there are too few at this step."""
+        now = stage.start
+        x = self.states.next(stage.step)
+        if x is None:
+            x = now.x + stage.step * now.v
+        fixed = self.forces.fixed
+        if len(fixed):
+            x[fixed] = self.system.supported(now.x, end)[fixed]
+        return x
+
+    # ------------------------------------------------------------------ iteration
+
+    def _iterate(self, balance: Lag, x: Floats) -> tuple[StageTrial, Outcome] | None:
+        from softmark.solvers.sparse.sparse_cholesky import Indefinite
+
+        problem, free = self.system.problem, self.forces.free
+        trial, before, first, mixer = balance.trial(x), np.inf, 0.0, Mixer()
+        for number in range(MOST + 1 if problem.cap is None else problem.cap + 1):
+            scale = max(trial.scale, self.system.newton.scale)
+            residual = trial.size / scale if scale else trial.size
+            if not math.isfinite(residual):
+                return None
+            solved = balance.met(trial, scale, before)
+            if solved or number == problem.cap:
+                return trial, Outcome(number, residual, solved, True)
+            first = first or residual
+            if number == MOST or (number >= 4 and residual > POOR**number * first):
+                return None
+            if number == 0:
+                try:
+                    self.cholesky.factorise(balance.jacobian())
+                except Indefinite:
+                    return None
+            before = trial.size
+            x = trial.x.copy()
+            x[free] += mixer.step(self.cholesky.solve(trial.r))
+            trial = balance.trial(x)
+        return None
+
+
+class Lag(StageEquations):
+    """The equations of a stage; the first forces asked for bring the lagged tangent with them."""
+
+    def __init__(self, lagged: Lagged, stage: Stage, traces: Floats) -> None:
+        super().__init__(lagged.system, stage)
+        self.lagged, self.traces, self.now = lagged, traces, np.empty_like(traces)
+        self._fresh = True
+        self._external = self.forces.pushed(stage.start.x, self.factors)
+
+    def force(self, x: Floats) -> Force:
+        """The forces that count for the end x."""
+        internal, y = np.zeros(self.forces.dofs), self.weighted(x)
+        if self._fresh:
+            self._with_tangent(y, internal)
+        else:
+            self.lagged.traced(y, internal, self.now)
+        return Force(internal, self._external)
+
+    def _with_tangent(self, y: Floats, internal: Floats) -> None:
+        self._fresh, data, begin = False, self.lagged.data, 0
+        data[:] = 0.0
+        for energy, slots in zip(self.lagged.energies, self.forces.pattern.slots, strict=False):
+            energy.add_both_lagged(y, internal, data, slots, self.traces[begin : begin + energy.kept])
+            begin += energy.kept
+
+    def jacobian(self) -> Floats:
+        """dr/dx where the forces were first asked for, in the shared pattern (nnz,)."""
+        data, stage, damping = self.lagged.data, self.stage, self.system.damping
+        if self.share != 1.0:
+            data *= self.share
+        self.forces.add_mass(data, (1.0 - stage.alpha_m) * stage.A)
+        if damping.active:
+            data += self.share * stage.B * damping.data
+        return data
+
+
+class Differences:
+    """Backward differences of states at equal steps, and the extrapolation that would have met the last state best."""
+
+    def __init__(self, order: int, size: int) -> None:
+        self.table, self._old = np.zeros((2, order + 2, size))
+        self.count = 0  # rows in use
+        self.step = self.time = 0.0
+        self.latest: Floats | None = None
+
+    def add(self, x: Floats, time: float) -> None:
+        """The next accepted state. One at another distance than those before makes a new beginning with the last."""
+        step = time - self.time
+        if not _equal(step, self.step):
+            self.count = min(self.count, 1)
+        self.table, self._old = self._old, self.table
+        self.table[0] = x
+        count = min(self.count + 1, len(self.table))
+        for k in range(1, count):
+            np.subtract(self.table[k - 1], self._old[k - 1], out=self.table[k])
+        self.count, self.step, self.time, self.latest = count, step, time, x
+
+    def next(self, step: float) -> Floats | None:
+        """The state a step later; None where too few are known at this step.
+
+        Newton's formula: the sum of the differences up to an order; the next difference is by how much that order
+        missed the last state.
+        """
+        if self.count < 3 or not _equal(step, self.step):
+            return None
+        missed = np.einsum("kn,kn->k", self.table[1 : self.count], self.table[1 : self.count])
+        x: Floats = self.table[: int(np.argmin(missed)) + 1].sum(axis=0)
+        return x
+
+
+def _equal(step: float, other: float) -> bool:
+    """Whether two steps are one to rounding of their times."""
+    return abs(step - other) <= 1e-6 * step
+
+
+class Mixer:
+    """Anderson's acceleration (1965; Walker and Ni 2011) of x <- x - z(x), of depth two."""
+
+    def __init__(self) -> None:
+        self.steps: list[Floats] = []
+        self.changes: list[Floats] = []  # of z
+        self.z = np.zeros(0)
+
+    def step(self, z: Floats) -> Floats:
+        """What to add to x."""
+        d = -z
+        if self.steps:
+            self.changes = [z - self.z, *self.changes[:1]]
+            for factor, change, step in zip(self._factors(z), self.changes, self.steps, strict=False):
+                d -= factor * (step - change)
+        self.z, self.steps = z, [d, *self.steps[:1]]
+        return d
+
+    def _factors(self, z: Floats) -> list[float]:
+        """Of the combination of changes nearest to z, by its normal equations."""
+        p = self.changes[0]
+        pp, pz = float(p @ p), float(p @ z)
+        if pp == 0.0:
+            return []
+        if len(self.changes) > 1:
+            q = self.changes[1]
+            qq, pq, qz = float(q @ q), float(p @ q), float(q @ z)
+            det = pp * qq - pq * pq
+            if det > 1e-12 * pp * qq:
+                return [(qq * pz - pq * qz) / det, (pp * qz - pq * pz) / det]
+        return [pz / pp]

@@ -1,0 +1,240 @@
+"""The march through time: steps of one length, halved where they fail, and a record of all of them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.energy_balance import Account
+from softmark.solvers.dynamics.energy_ledger import NAMES, Entry, finite, next_entry, open_entry
+from softmark.solvers.dynamics.implicit_newton import Outcome
+from softmark.solvers.dynamics.implicit_step import System
+from softmark.solvers.dynamics.integrator import Motion, Past, StepFailed, TooSoft
+from softmark.solvers.dynamics.trajectory import Diverged, Event, MotionNotConverged, Touched, Trajectory
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.dynamic_contact import Bounce, Rubbed
+
+NOISE = 1e4  # times the rounding of forces
+
+Observer = Callable[[Motion], Any]
+
+
+def whole(motion: Motion) -> Motion:
+    """Observes everything."""
+    return motion
+
+
+def march(problem: Dynamics, duration: float, step: float, observe: Observer = whole) -> Trajectory:
+    """The motion from 0 to `duration` in steps of `step` (s); the last one is cut where it would go beyond.
+
+    `observe` is called at time 0 and after every accepted step, outside the clock; what it gives back is kept.
+    A step that fails is halved and later ones grow back. Raises NotConverged, with the trajectory so far, where a
+    step fails at `problem.shortest` of its length, Diverged where the motion has gained energy that nothing has
+    brought (energy_balance.py), StepTooLong where an explicit integrator cannot take the step, ValueError for a
+    duration or step that is not positive.
+    """
+    if not (0.0 < step < math.inf and 0.0 < duration < math.inf):
+        raise ValueError("duration and step must be positive")
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return _March(problem, duration, step, observe).run()
+
+
+class _March:
+    """The record that grows while the body moves."""
+
+    def __init__(self, problem: Dynamics, duration: float, step: float, observe: Observer) -> None:
+        self.problem, self.duration, self.step, self.observe = problem, duration, step, observe
+        self.system = System(problem, step)
+        self.entries: list[tuple[float, ...]] = []
+        self.impulses: Any = None
+        self.names: tuple[str, ...] = NAMES
+        self.times: list[float] = []
+        self.observed: list[Any] = []
+        self.costs: list[tuple[float, float]] = []  # wall, cpu
+        self.outcomes: list[Outcome] = []
+        self.events: list[Event] = []
+        self.account = Account()
+        self.ticks = 2 ** max(0, round(-math.log2(problem.shortest)))  # of the shortest step in a whole one
+
+    def run(self) -> Trajectory:
+        """All steps. Raises NotConverged."""
+        try:
+            start = self.system.start()
+            entry = open_entry(self.system, start)
+        except StepFailed as failure:
+            raise self._stopped(f"no start: {failure.reason}") from failure
+        if not (finite(entry) and self.problem.sound(start.x)):
+            raise self._stopped("the initial state is outside the domain of the law or has inverted cells")
+        self.problem.integrator.begin(self.system, start, self.step)
+        self._keep(entry)
+        self._follow(start)
+        past, ticks = Past(start), self.ticks
+        for number in range(math.ceil(self.duration / self.step - 1e-9)):
+            past, entry, ticks = self._whole_step(number, past, entry, ticks)
+        if self.account.over and not self.account.settles:
+            raise self._diverged(past.now.time)
+        return self._trajectory(complete=True)
+
+    def _whole_step(self, number: int, past: Past, entry: Entry, ticks: int) -> tuple[Past, Entry, int]:
+        """One step of the grid, in parts of `ticks` where need be; the size of the next part."""
+        start = number * self.step
+        length = min(self.step, self.duration - start)
+        done, wall, cpu = 0, time.perf_counter(), time.process_time()
+        while done < self.ticks:
+            end = start + length * ((done + ticks) / self.ticks)
+            try:
+                motion = self._attempt(past, end)
+                spent = (time.perf_counter() - wall, time.process_time() - cpu)
+                entry = self._sound(next_entry(self.system, entry, motion))
+            except TooSoft:
+                entry = entry.stiffened(self.system)
+                continue
+            except StepFailed as failure:
+                ticks = self._halved(past.now.time, length, ticks, failure)
+                continue
+            self.costs.append(spent)
+            self.outcomes.append(self.system.outcome)
+            self._keep(entry)
+            if self.account.diverged:
+                raise self._diverged(motion.time)
+            past, entry, done = *self._accepted(Past(motion, past.now), entry), done + ticks
+            if ticks < self.ticks and done % (2 * ticks) == 0 and self._may_grow(length, ticks):
+                ticks *= 2
+            wall, cpu = time.perf_counter(), time.process_time()
+        return past, entry, ticks
+
+    def _accepted(self, past: Past, entry: Entry) -> tuple[Past, Entry]:
+        """The same, with rotations counted from where the step has ended, and memories of it."""
+        if self.problem.remembering is not None:
+            self.problem.remembering.accepted()
+        self._follow(past.now)
+        if (turning := self.problem.turning) is None:
+            return past, entry
+        past = turning.accepted(past)
+        return past, replace(entry, motion=past.now)
+
+    def _follow(self, motion: Motion) -> None:
+        """Keep an eye on contacts."""
+        forces = self.system.forces
+        if forces.impact is not None:
+            own = slice(None, forces.impact.free)  # without free rigid bodies
+            forces.impact.follow(motion, forces.resultant(forces.M @ motion.v), float(forces.M[own].sum()) / 3.0)
+
+    def _may_grow(self, length: float, ticks: int) -> bool:
+        return bool(length * (2 * ticks / self.ticks) <= self.system.longest)
+
+    def _attempt(self, past: Past, end: float) -> Motion:
+        self.system.damping.begin(past.now.x)
+        known, h = self.problem.remembering, end - past.now.time
+        if known is not None:
+            known.begin(self.system.forces, h)
+        motion = self.problem.integrator.advance(self.system, past, h)
+        if known is not None:
+            known.tried(self.system.forces, motion.x, h)
+        if not self.system.outcome.lagged and not self.problem.sound(motion.x):  # else it has been asked
+            raise StepFailed("cells are inside out")
+        if (impact := self.system.forces.impact) is not None:
+            impact.accept(past.now, motion, end)
+        return replace(motion, time=end)
+
+    def _sound(self, entry: Entry) -> Entry:
+        if not finite(entry):
+            raise StepFailed("the state is outside the domain of the law")
+        return entry
+
+    def _halved(self, now: float, length: float, ticks: int, failure: StepFailed) -> int:
+        """Half the step, noted. Raises NotConverged at the shortest."""
+        if ticks == 1:
+            shortest = length / self.ticks
+            raise self._stopped(f"no step from {now:.6g} s, down to {shortest:.3g} s: {failure.reason}") from failure
+        size = length * (ticks // 2) / self.ticks
+        self.events.append(Event(now, f"step halved to {size:.4g} s: {failure.reason}"))
+        return ticks // 2
+
+    def _keep(self, entry: Entry) -> None:
+        self.times.append(entry.motion.time)
+        self.names, self.impulses = entry.names, entry.impulses
+        energies = dict(zip(entry.names, entry.values, strict=True))
+        self.account.add(entry.motion.time, energies, self._noise(entry.motion), self.system.swing)
+        self.entries.append(entry.values)
+        self.observed.append(self.observe(entry.motion))
+
+    def _noise(self, motion: Motion) -> float:
+        """What rounding of forces may do in work, J, ten thousandfold: a body at rest gains no energy from it."""
+        way = max(float(np.abs(motion.x).max(initial=0.0)), self.step * float(np.abs(motion.v).max(initial=0.0)))
+        return NOISE * self.system.forces.rounding(motion.x) * way
+
+    def _diverged(self, now: float) -> Diverged:
+        gain = self.account.balance.gain
+        return Diverged(
+            f"at {now:.6g} s the motion has gained {_times(gain)} the energy that start, loads and supports brought",
+            self._trajectory(complete=False),
+            tuple(self.system.newton.history),
+        )
+
+    def _stopped(self, reason: str) -> MotionNotConverged:
+        return MotionNotConverged(reason, self._trajectory(complete=False), tuple(self.system.newton.history))
+
+    def _trajectory(self, complete: bool) -> Trajectory:
+        times = np.array(self.times)
+        names = self.names
+        table = np.array(self.entries).reshape(-1, len(names)).T
+        wall, cpu = np.array(self.costs).reshape(-1, 2).T
+        outcomes, lagged = self.outcomes, self.system.lagged
+        return Trajectory(
+            times,
+            np.diff(times),
+            tuple(self.observed),
+            dict(zip(names, table, strict=True)),
+            np.array([o.iterations for o in outcomes], dtype=np.int64),
+            wall,
+            cpu,
+            tuple(self.events),
+            complete,
+            np.array([o.residual for o in outcomes]),
+            np.array([o.solved for o in outcomes], dtype=bool),
+            np.array([o.lagged for o in outcomes], dtype=bool),
+            lagged.failures if lagged else 0,
+            self.account.balance,
+            self._impacts(),
+            self._rubbed(),
+            self._touched(),
+        )
+
+    def _impacts(self) -> tuple[Bounce, ...] | None:
+        """Where the body has hit rigid ones; None where there are none."""
+        impact = self.system.forces.impact
+        if impact is None:
+            return None
+        from softmark.solvers.dynamics.dynamic_contact import bounces
+
+        return tuple(bounces(impact.log))
+
+    def _touched(self) -> Touched | None:
+        """What contacts did at every time; None where there are none."""
+        impact = self.system.forces.impact
+        if impact is None or not impact.log:
+            return None
+        change = impact.mass * (impact.log[-1].velocity - impact.log[0].velocity)
+        acts = tuple(seen.acts for seen in impact.log)
+        rigid = len(impact.contacts)  # what pieces of the body do to each other comes after, and gives it nothing
+        given = sum((act.step * act.force for seen in acts for act in seen[:rigid]), np.zeros(3))
+        impulses = np.vstack([given, self.impulses])
+        return Touched(acts, tuple(impact.surfaces.states), tuple(impact.surfaces.nodes), impulses, change)
+
+    def _rubbed(self) -> tuple[tuple[Rubbed, ...], ...]:
+        """What friction made of contacts at every time."""
+        impact = self.system.forces.impact
+        return () if impact is None or not impact.rubs else tuple(seen.rubbed for seen in impact.log)
+
+
+def _times(share: float) -> str:
+    """`60 % of` or `3.2 times`."""
+    return f"{100 * share:.0f} % of" if share < 1.0 else f"{share:.3g} times"

@@ -1,0 +1,334 @@
+"""Time-step error of a motion, from the vibration modes that its loads excite.
+
+Small motions about rest are a sum of modes. Load-dependent Ritz vectors (Wilson, Yuan and Dickens 1982) find those
+that the loads, the moving supports and the first velocity excite, each with its share. For every mode the integrator's
+recurrence is run beside the exact solution, under the same courses; their difference is the error of the step in that
+mode, and the shapes of the modes tell what it is at any point. Where a motion is large or a body meets others this is
+an estimate; in linear problems it lacks only the modes that loads hardly excite. Recurrences: Hughes (1987), section
+9.1; Chung and Hulbert (1993); Hairer, Norsett and Wanner (1993), section III.1.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import linalg as dense
+
+from softmark.records import dataclass
+from softmark.solvers.dynamics.bdf2 import BDF2
+from softmark.solvers.dynamics.central_differences import CentralDifferences
+from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_problem import Dynamics
+from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
+from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
+from softmark.solvers.dynamics.implicit_midpoint import Midpoint
+from softmark.solvers.dynamics.load_amplitudes import Constant, Course, graded
+from softmark.solvers.dynamics.newmark import Newmark
+from softmark.solvers.dynamics.time_step_resolution import RIGID, free_rigid_motions, shifted_solver
+from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
+from softmark.solvers.energies.energy import Floats
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.integrator import Integrator
+
+MODES = 40  # Ritz vectors, of all loads together
+PARTS = 4  # of a step in which the exact solution takes a course as a straight line
+SAME = 1e-8  # of its length: what is left of a vector that lies in the space of those before it
+LONGEST = 200_000  # steps that are followed
+LARGEST = 300_000  # unknowns up to which the stiffness is factorised
+
+
+@dataclass(frozen=True)
+class StepError:
+    """Error of the time step, as a sum of modes: u_h(t) - u(t) = shapes @ error(t).
+
+    `shapes` (dofs, k), kg^-1/2, are zero where supports hold; `error` and `motion` (t, k), m kg^1/2, are the error and
+    the exact motion of each mode at `times` (t,), s, and `frequencies` (k,), rad/s, ascending.
+    """
+
+    times: Floats
+    shapes: Floats
+    frequencies: Floats
+    motion: Floats
+    error: Floats
+
+    @property
+    def energetic(self) -> float:
+        """The largest error over time in the norm of the strain energy, relative to the largest motion."""
+        own = np.linalg.norm(self.motion * self.frequencies, axis=1).max(initial=0.0)
+        off = np.linalg.norm(self.error * self.frequencies, axis=1).max(initial=0.0)
+        return float(off / own) if own > 0.0 else 0.0
+
+
+def step_error(problem: Dynamics, points: Floats, duration: float, step: float) -> StepError | None:
+    """The error of `step`, s, over `duration`, s; None where nothing vibrates or it cannot be estimated.
+
+    `points` (n, 3), m, are those of the nodes.
+    """
+    forces = Forces(problem)
+    steps = math.ceil(duration / step - 1e-9)
+    if forces.impact is not None or steps > LONGEST or len(forces.free) > LARGEST:
+        return None
+    found = _modes(forces, problem, points)
+    if found is None:
+        return None
+    w, shapes, pushes, courses, speed = found
+    recurrence = _recurrence(problem.integrator)
+    if recurrence is None:
+        return None
+    times = np.minimum(step * np.arange(steps + 1), duration)
+    drag = problem.damping.alpha + problem.damping.beta * w**2
+    with np.errstate(over="ignore", invalid="ignore"):
+        exact = _exact(w, drag, pushes, courses, speed, times)
+        own = recurrence(_Modal(w, problem.damping.alpha, drag, pushes, courses), speed, times)
+    if not (np.all(np.isfinite(exact)) and np.all(np.isfinite(own))):
+        return None
+    whole = np.zeros((forces.dofs, len(w)))
+    whole[forces.free] = shapes
+    return StepError(times, whole, w, exact, own - exact)
+
+
+# ------------------------------------------------------------------ modes
+
+
+def _modes(
+    forces: Forces, problem: Dynamics, points: Floats
+) -> tuple[Floats, Floats, Floats, list[Course], Floats] | None:
+    """Frequencies (k,), shapes (free, k), modal loads (k, l) with their courses, and modal velocities (k,) at first."""
+    free = forces.free
+    patterns, courses = _patterns(forces, problem, points)
+    K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
+    speed = problem.velocity[free]
+    starts = [f for f in (*patterns, M @ speed) if np.any(f)]
+    if not (len(free) and starts and np.all(np.isfinite(K.data)) and np.all(np.isfinite(np.array(starts)))):
+        return None
+    shifted = shifted_solver(forces, K, M)
+    if shifted is None:
+        return None
+    solve, top = shifted
+    V = _ritz(M, solve, starts, free_rigid_motions(forces, points, M))
+    if V is None:
+        return None
+    stiff = V.T @ (K @ V)
+    squares, mixing = np.linalg.eigh(0.5 * (stiff + stiff.T))
+    good = squares > RIGID * top
+    if not np.any(good):
+        return None
+    shapes = V @ mixing[:, good]
+    pushes = np.column_stack([shapes.T @ f for f in patterns]) if patterns else np.zeros((shapes.shape[1], 0))
+    return np.sqrt(squares[good]), shapes, pushes, courses, shapes.T @ (M @ speed)
+
+
+def _patterns(forces: Forces, problem: Dynamics, points: Floats) -> tuple[list[Floats], list[Course]]:
+    """Forces (free,), N, of every load at full size, and of supports that move, with their courses."""
+    patterns: list[Floats] = []
+    courses: list[Course] = []
+    for load, course in zip(forces.loads, forces.courses, strict=True):
+        f = np.zeros(forces.dofs)
+        load.add_gradient(problem.rest, f)
+        patterns.append(-f[forces.free])
+        courses.append(course)
+    if np.any(begun := problem.direction):
+        moved = problem.rest.astype(np.float64)
+        eps = 1e-6 * float(np.ptp(points)) / float(np.abs(begun).max())
+        moved[forces.fixed] += eps * begun
+        f = (forces.within(moved) - forces.within(problem.rest)) / eps
+        patterns.append(-f[forces.free])
+        courses.append(problem.support_course)
+    return patterns, courses
+
+
+def _ritz(M: Floats, solve: Callable[[Floats], Floats], starts: list[Floats], rigid: Floats | None) -> Floats | None:
+    """Load-dependent Ritz vectors (free, k), orthonormal in the mass M, of forces `starts`, N."""
+    basis: list[Floats] = [] if rigid is None else list(rigid.T)
+    first = len(basis)
+    block = starts
+    while block and len(basis) - first < min(MODES, M.shape[0]):
+        fresh = []
+        for b in block:
+            u = solve(b)
+            size = math.sqrt(max(float(u @ (M @ u)), 0.0))
+            if not (size > 0.0 and math.isfinite(size)):
+                continue
+            u = u / size
+            for _ in range(2):
+                for v in basis:
+                    u = u - v * float(v @ (M @ u))
+            left = math.sqrt(max(float(u @ (M @ u)), 0.0))
+            if left < SAME:
+                continue
+            basis.append(u / left)
+            fresh.append(M @ basis[-1])
+        block = fresh
+    return np.column_stack(basis[first:]) if len(basis) > first else None
+
+
+# ------------------------------------------------------------------ exact and stepped
+
+
+@dataclass(frozen=True)
+class _Modal:
+    """Modal equations q'' + drag q' + w^2 q = pushes @ courses(t)."""
+
+    w: Floats  # (k,) rad/s
+    alpha: float  # 1/s, of the damping the part that is proportional to the mass
+    drag: Floats  # (k,) 1/s
+    pushes: Floats  # (k, l)
+    courses: list[Course]
+
+    def loads(self, begin: float, end: float, weight: float = 0.5, ahead: float = 0.0) -> list[Floats]:
+        """Modal loads (k,) of a step: its start, end and mean, and those of its first and last acceleration."""
+        load = graded(self.courses, begin, end, weight, ahead)
+        return [self.pushes @ f for f in (load.start, load.end, load.mean, load.first, load.last)]
+
+    def at_first(self, speed: Floats) -> Floats:
+        """Accelerations (k,) at time 0."""
+        found: Floats = self.pushes @ np.array([c.at(0.0) for c in self.courses]) - self.drag * speed
+        return found
+
+
+def _exact(w: Floats, drag: Floats, pushes: Floats, courses: list[Course], speed: Floats, times: Floats) -> Floats:
+    """Modal displacements (t, k), exact under loads that are straight lines in each part of a step."""
+    modal, z = _Modal(w, 0.0, drag, pushes, courses), np.zeros((len(w), 2))
+    z[:, 1] = speed
+    steady = all(isinstance(c, Constant) for c in courses)
+    parts = 1 if steady else PARTS
+    found, known = [z[:, 0].copy()], (0.0, np.zeros(0))
+    constant = modal.loads(0.0, 1.0) if steady else None
+    for begin, end in itertools.pairwise(times):
+        h = float(end - begin) / parts
+        if abs(h - known[0]) > 1e-9 * h:
+            known = h, _propagator(w, drag, h)
+        E = known[1]
+        for part in range(parts):
+            start, stop, *_ = constant or modal.loads(begin + part * h, begin + (part + 1) * h)
+            z = np.einsum("kij,kj->ki", E[:, :2], np.stack([z[:, 0], z[:, 1], start, (stop - start) / h], axis=1))
+        found.append(z[:, 0].copy())
+    return np.array(found)
+
+
+def _propagator(w: Floats, drag: Floats, h: float) -> Floats:
+    """Matrices (k, 4, 4) that take (q, q', load, slope of the load) over a time h, s."""
+    A = np.zeros((len(w), 4, 4))
+    A[:, 0, 1] = A[:, 1, 2] = A[:, 2, 3] = 1.0
+    A[:, 1, 0], A[:, 1, 1] = -(w**2), -drag
+    scale = np.diag([1.0, h, h**2, h**3])  # so that entries are of one size
+    S, back = scale, np.diag(1.0 / np.diag(scale))
+    E: Floats = back @ dense.expm(S @ (h * A) @ back) @ S
+    return E
+
+
+Recurrence = Callable[[_Modal, Floats, Floats], Floats]
+
+
+def _recurrence(integrator: Integrator) -> Recurrence | None:
+    """The steps of an integrator for a sum of modes; None of one that is not known here."""
+    match integrator:
+        case ImplicitEuler():
+            return _euler
+        case BDF2():
+            return _bdf2
+        case CentralDifferences():
+            return _leapfrog
+        case GeneralizedAlpha(spectral_radius=r):
+            m, f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
+            return lambda *a: _newmark(*a, beta=0.25 * (1.0 - m + f) ** 2, gamma=0.5 - m + f, m=m, f=f, weight=0.5)
+        case Trapezoidal() | Midpoint():
+            return _mean
+        case Newmark(beta=b, gamma=c):
+            return _mean if (b, c) == (0.25, 0.5) else lambda *a: _newmark(*a, beta=b, gamma=c, weight=c)
+    return None
+
+
+def _mean_step(modal: _Modal, x: Floats, v: Floats, F: Floats, h: float) -> tuple[Floats, Floats]:
+    """One step of the trapezoidal rule under the mean load F (k,)."""
+    w, c = modal.w, modal.drag
+    rest = (1.0 / h - 0.5 * c) * v - w**2 * x - 0.25 * h * w**2 * v + F
+    end = rest / (1.0 / h + 0.5 * c + 0.25 * h * w**2)
+    return x + 0.5 * h * (v + end), end
+
+
+def _mean(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    x, v = np.zeros_like(speed), speed
+    found = [x]
+    for begin, end in itertools.pairwise(times):
+        x, v = _mean_step(modal, x, v, modal.loads(begin, end)[2], float(end - begin))
+        found.append(x)
+    return np.array(found)
+
+
+def _euler(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    x, v = np.zeros_like(speed), speed
+    found = [x]
+    for begin, end in itertools.pairwise(times):
+        h = float(end - begin)
+        v = (v / h + modal.loads(begin, end)[2] - modal.w**2 * x) / (1.0 / h + modal.drag + h * modal.w**2)
+        x = x + h * v
+        found.append(x)
+    return np.array(found)
+
+
+def _bdf2(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    x, v, last, length = np.zeros_like(speed), speed, np.zeros_like(speed), 0.0
+    before: tuple[Floats, Floats] | None = None
+    found = [x]
+    for begin, end in itertools.pairwise(times):
+        h, mean = float(end - begin), modal.loads(begin, end)[2]
+        if before is None:
+            after = _mean_step(modal, x, v, mean, h)
+        else:
+            r = h / length
+            c0, c2 = (1.0 + 2.0 * r) / (1.0 + r) / h, r**2 / (1.0 + r) / h
+            F = mean + r / (1.0 + r) * (mean - last)
+            old = -(c0 + c2) * x + c2 * before[0], -(c0 + c2) * v + c2 * before[1]  # x1 = (v1 - old) / c0
+            v1 = (F - old[1] + modal.w**2 * old[0] / c0) / (c0 + modal.drag + modal.w**2 / c0)
+            after = (v1 - old[0]) / c0, v1
+        before, last, length = (x, v), mean, h
+        x, v = after
+        found.append(x)
+    return np.array(found)
+
+
+def _newmark(
+    modal: _Modal, speed: Floats, times: Floats, *, beta: float, gamma: float, weight: float, m: float = 0.0,
+    f: float = 0.0,
+) -> Floats:  # fmt: skip
+    w, c = modal.w, modal.drag
+    x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
+    factors: Floats | None = None
+    found = [x]
+    for begin, end in itertools.pairwise(times):
+        h = float(end - begin)
+        start, stop, _, first, last = modal.loads(begin, end, weight, m - f)
+        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.courses]) if factors is None else factors))
+        factors = last
+        coast = x + h * v + h**2 * (0.5 - beta) * a
+        soon = v + h * (1.0 - gamma) * a
+        right = (1.0 - f) * (stop - c * soon - w**2 * coast) + f * (start - c * v - w**2 * x) - m * a
+        a = right / (1.0 - m + (1.0 - f) * (gamma * h * c + beta * h**2 * w**2))
+        x, v = coast + beta * h**2 * a, soon + gamma * h * a
+        found.append(x)
+    return np.array(found)
+
+
+def _leapfrog(modal: _Modal, speed: Floats, times: Floats) -> Floats:
+    w, alpha = modal.w, modal.alpha
+    x, v, a = np.zeros_like(speed), speed, modal.at_first(speed)
+    factors: Floats | None = None
+    found = [x]
+    for begin, end in itertools.pairwise(times):
+        h = float(end - begin)
+        *_, first, last = modal.loads(begin, end)
+        a = a + (first - (modal.pushes @ np.array([k.at(0.0) for k in modal.courses]) if factors is None else factors))
+        factors = last
+        half = v + 0.5 * h * a
+        x = x + h * half
+        a = last - w**2 * x - (modal.drag - alpha) * half
+        v = (half + 0.5 * h * a) / (1.0 + 0.5 * alpha * h)
+        a = a - alpha * v
+        found.append(x)
+    return np.array(found)

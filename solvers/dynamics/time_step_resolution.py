@@ -1,0 +1,240 @@
+"""How well a time step resolves the slowest vibration that loads excite, and what an integrator makes of it.
+
+The vibration is the lowest mode with a share in the loads: inverse iteration from their static deflection, which is
+Rayleigh's quotient (Rayleigh 1877, section 88), carried on. What an integrator makes of it is known in closed form: in
+a step h a mode of angular frequency w turns by theta in place of w h and shrinks by |z|, the modulus of the principal
+eigenvalue of its amplification matrix (Hughes 1987, section 9.1; Hairer, Norsett and Wanner 1993).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.dynamics.bdf2 import BDF2
+from softmark.solvers.dynamics.central_differences import CentralDifferences
+from softmark.solvers.dynamics.dynamic_forces import Forces
+from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
+from softmark.solvers.dynamics.generalized_alpha import GeneralizedAlpha
+from softmark.solvers.dynamics.implicit_euler import ImplicitEuler
+from softmark.solvers.dynamics.newmark import Newmark
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Singular, factor
+
+if TYPE_CHECKING:
+    from softmark.solvers.dynamics.integrator import Integrator
+
+ITERATIONS = 6  # of inverse iteration: the frequency is then good to a part in a thousand
+SHIFT = 1e-10  # of the largest ratio of stiffness to mass: makes a body that is not held solvable
+RIGID = 1e-8  # of it: below lie motions without strain
+FEW = 10.0  # steps to a period
+LEAST = 2.0  # steps to the time in which an overdamped body comes back by all but 1/e
+WRONG = 0.05  # of its swing, at the end
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """The slowest loaded vibration, and how steps follow it."""
+
+    period: float  # s
+    steps: float  # to a period
+    slow: float  # by which part the period is too long
+    kept: float  # of the swing after a period, of what physical damping leaves
+    error: float  # at the end, as a part of its swing at the start
+    motion: str = "vibration"  # or `turn`: the spin that it starts with; `return` to rest, damped over a critical part
+    few: float = FEW  # steps to a period, below which it is doubtful
+
+    @property
+    def doubtful(self) -> bool:
+        """Fewer than `few` steps to a period, or an error of more than WRONG at the end."""
+        return self.steps < self.few or self.error > WRONG
+
+    @property
+    def facts(self) -> dict[str, float | str]:
+        """What a report says of it."""
+        return {
+            "of": self.motion, "period_s": self.period, "steps_per_period": self.steps, "period_error": self.slow,
+            "kept_per_period": self.kept, "error_at_end": self.error,
+        }  # fmt: skip
+
+
+def resolution(problem: Dynamics, points: Floats, duration: float, step: float) -> Resolution | None:
+    """How steps resolve the motion of a problem; None where none but rigid motion is excited, or none can be told."""
+    w = loaded_frequency(Forces(problem), problem, points)
+    return None if w is None else resolved(problem.integrator, problem.damping, w, duration, step)
+
+
+def resolved(integrator: Integrator, damping: Rayleigh, w: float, duration: float, step: float) -> Resolution | None:
+    """How steps resolve a vibration of angular frequency w, rad/s; None for an integrator that is not known here."""
+    z = amplification(integrator, w * step)
+    if z is None:
+        return None
+    rate = 0.5 * damping.alpha + 0.5 * damping.beta * w**2  # 1/s, at which it fades
+    if rate >= w:
+        return _returning(integrator, w, rate, duration, step)
+    count, turn = duration / step, cmath.phase(z)
+    fade = math.exp(-min(rate * duration, 700.0))
+    kept = math.exp(max(count * math.log(abs(z)), -700.0)) if abs(z) > 0.0 else 0.0
+    lag = count * (w * step - turn)
+    # two turns that are out of phase; beyond half a turn they are as wrong as they can be
+    apart = abs(1.0 - kept * cmath.exp(1j * min(abs(lag), math.pi)))
+    per = 2.0 * math.pi / (w * step)
+    each = abs(z) ** (2.0 * math.pi / turn) if turn and abs(z) else 0.0
+    slow = w * step / turn - 1.0 if turn else math.inf
+    return Resolution(2.0 * math.pi / w, per, min(slow, 1e9), each, fade * apart)
+
+
+def _returning(integrator: Integrator, w: float, rate: float, duration: float, step: float) -> Resolution:
+    """How steps resolve the slower of the two ways on which an overdamped mode comes back to rest.
+
+    There is no vibration: exp(-t / T), T = (rate + sqrt(rate^2 - w^2)) / w^2, of which a step makes (1 + h / T)^-1 in
+    implicit Euler, and Pade's (1 - h / 2T) / (1 + h / 2T) is near to what the others make.
+    """
+    T = (rate + math.sqrt(rate**2 - w**2)) / w**2
+    z = step / T
+    kept = 1.0 / (1.0 + z) if isinstance(integrator, ImplicitEuler) else abs(1.0 - 0.5 * z) / (1.0 + 0.5 * z)
+    count = duration / step
+    error = abs(math.exp(-min(duration / T, 700.0)) - kept**count)
+    return Resolution(T, 1.0 / z, 0.0, 1.0, error, "return", LEAST)
+
+
+# ------------------------------------------------------------------ of integrators
+
+
+def amplification(integrator: Integrator, wh: float) -> complex | None:
+    """The principal eigenvalue of a step of an undamped vibration, exp(i w h) to the order of the integrator."""
+    match integrator:
+        case ImplicitEuler():
+            return 1.0 / complex(1.0, -wh)
+        case BDF2():  # (3/2 - i w h) z^2 - 2 z + 1/2 = 0
+            return (2.0 + cmath.sqrt(1.0 + 2.0j * wh)) / complex(3.0, -2.0 * wh)
+        case CentralDifferences():
+            half = min(0.5 * wh, 1.0)
+            return cmath.exp(2.0j * math.asin(half))
+        case GeneralizedAlpha(spectral_radius=r):
+            m, f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
+            return _newmark(0.25 * (1.0 - m + f) ** 2, 0.5 - m + f, m, f, wh)
+        case Newmark(beta=b, gamma=c):
+            return _newmark(b, c, 0.0, 0.0, wh)
+    from softmark.solvers.dynamics.implicit_midpoint import Midpoint
+    from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
+
+    if isinstance(integrator, Midpoint | Trapezoidal):
+        return cmath.exp(2.0j * math.atan(0.5 * wh))
+    return None
+
+
+def _newmark(beta: float, gamma: float, m: float, f: float, wh: float) -> complex:
+    """That of Newmark's formulas with weights m and f; unknowns (x, h v, h^2 a)."""
+    left = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - f) * wh**2, 0.0, 1.0 - m]])
+    right = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-f * wh**2, 0.0, -m]])
+    values = np.linalg.eigvals(np.linalg.solve(left, right))
+    turning = values[values.imag > 0.0]
+    return (
+        complex(min(turning, key=lambda z: abs(z - cmath.exp(1j * wh))))
+        if len(turning)
+        else complex(max(values, key=abs))
+    )
+
+
+# ------------------------------------------------------------------ of bodies
+
+
+def loaded_frequency(forces: Forces, problem: Dynamics, points: Floats) -> float | None:
+    """The angular frequency of the lowest mode at rest that loads, supports or the first velocity excite, rad/s."""
+    free = forces.free
+    K, M = forces.tangent(problem.rest, forces.factors(0.0)), forces.M_free
+    push = _push(forces, problem, points)
+    if not (len(free) and np.all(np.isfinite(K.data)) and np.all(np.isfinite(push)) and np.any(push)):
+        return None
+    shifted = shifted_solver(forces, K, M)
+    if shifted is None:
+        return None
+    solve, top = shifted
+    return _inverse(K, M, solve, push, free_rigid_motions(forces, points, M), RIGID * top)
+
+
+def shifted_solver(
+    forces: Forces, K: sparse.csr_matrix, M: sparse.csr_matrix
+) -> tuple[Callable[[Floats], Floats], float] | None:
+    """Return the solver of K + SHIFT top M and `top`, (rad/s)^2, the largest ratio of their diagonals.
+
+    None where that matrix is singular.
+    """
+    top = float(np.max(K.diagonal() / np.maximum(M.diagonal(), 1e-300)))
+    try:
+        return factor((K + SHIFT * top * M).tocsr(), symmetric=forces.conservative).solve, top
+    except (Singular, ValueError):
+        return None
+
+
+def free_rigid_motions(forces: Forces, points: Floats, M: sparse.csr_matrix) -> Floats | None:
+    """Return the rigid motions of a free body; None if it is held, on a foundation or in reduced coordinates."""
+    loose = not len(forces.fixed) and points.size == forces.dofs and not any(e.grounded for e in forces.internal)
+    return rigid_motions(points, forces.free, M) if loose else None
+
+
+def _push(forces: Forces, problem: Dynamics, points: Floats) -> Floats:
+    """What sets the free degrees of freedom in motion, N; each cause in proportion to itself."""
+    pushes = [forces.inertia(problem.velocity)]
+    for load in forces.loads:
+        f = np.zeros(forces.dofs)
+        load.add_gradient(problem.rest, f)
+        pushes.append(-f)
+    if np.any(begun := problem.direction):
+        moved = problem.rest.astype(np.float64)
+        size = float(np.abs(begun).max())
+        eps = 1e-6 * float(np.ptp(points)) / size
+        moved[forces.fixed] += eps * begun
+        pushes.append(-(forces.within(moved) - forces.within(problem.rest)))
+    total = np.zeros(len(forces.free))
+    for number, f in enumerate(pushes):
+        size = float(np.linalg.norm(f[forces.free]))
+        if size > 0.0:  # unequal weights: equal and opposite causes still count
+            total += (1.0 + 0.1 * number) / size * f[forces.free]
+    return total
+
+
+def rigid_motions(points: Floats, free: np.ndarray, M: sparse.csr_matrix) -> Floats:
+    """Return the rigid motions (free, 6) of `points` (n, 3), m, orthonormal in the mass."""
+    centre = points - points.mean(axis=0)
+    shifts = np.tile(np.eye(3), (len(points), 1))
+    turns = np.stack([np.cross(axis, centre).ravel() for axis in np.eye(3)], axis=1)
+    R = np.concatenate([shifts, turns / max(float(np.abs(centre).max()), 1e-300)], axis=1)[free]
+    values, vectors = np.linalg.eigh(R.T @ (M @ R))
+    good = values > 1e-12 * values.max()
+    basis: Floats = R @ (vectors[:, good] / np.sqrt(values[good]))
+    return basis
+
+
+def _inverse(
+    K: sparse.csr_matrix,
+    M: sparse.csr_matrix,
+    solve: Callable[[Floats], Floats],
+    push: Floats,
+    rigid: Floats | None,
+    least: float,
+) -> float | None:
+    """Inverse iteration from the static deflection, without rigid motions; None where nothing else is left."""
+
+    def strained(u: Floats) -> Floats:
+        return u if rigid is None else u - rigid @ (rigid.T @ (M @ u))
+
+    b = push if rigid is None else push - M @ (rigid @ (rigid.T @ push))
+    if np.linalg.norm(b) <= 1e-9 * np.linalg.norm(push):
+        return None
+    square = 0.0
+    for _ in range(ITERATIONS):
+        u = strained(solve(b))
+        mass = float(u @ (M @ u))
+        if not (mass > 0.0 and math.isfinite(mass)):
+            return None
+        u /= math.sqrt(mass)
+        square, b = float(u @ (K @ u)), M @ u
+    return math.sqrt(square) if square > least else None

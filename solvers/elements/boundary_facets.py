@@ -1,0 +1,237 @@
+"""Boundary facets of solid elements: triangles of three and six nodes, quadrilaterals of four, eight and nine.
+
+To add a facet: its class (element.py says what it needs), and a line in FACETS.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING, ClassVar
+
+from softmark.solvers.elements import quadratic_shape_functions
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.elements.element import Facet, Rows
+
+    Floats = NDArray[np.float64]
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+
+Three = tuple[tuple[int, int, int], ...]
+
+
+class Triangle:
+    """The reference triangle with corners (0, 0), (1, 0), (0, 1)."""
+
+    corners: ClassVar[int] = 3
+    square: ClassVar[bool] = False
+    rim: ClassVar[tuple[tuple[float, float], ...]] = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    centre: ClassVar[tuple[float, float]] = (1 / 3, 1 / 3)
+    halves: ClassVar[Three] = ((0, 1, 2),)
+
+    @staticmethod
+    def powers(degree: int) -> Floats:
+        """Exponents of the monomials (k, 2) of a total degree."""
+        return np.array([(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)], dtype=float)
+
+    @staticmethod
+    def lattice(steps: int) -> Floats:
+        """Local points (k, 2) of so many equal steps along each side."""
+        return Triangle.powers(steps) / steps
+
+    @staticmethod
+    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+        """A rule of the square [-1, 1]^2, folded into the triangle: points (q, 2) and weights (q,)."""
+        a, b = 0.5 * (a + 1.0), 0.5 * (b + 1.0)
+        return np.stack([a, (1.0 - a) * b], axis=1), 0.25 * w * (1.0 - a)
+
+
+class Quadrilateral:
+    """The reference square [-1, 1]^2."""
+
+    corners: ClassVar[int] = 4
+    square: ClassVar[bool] = True
+    rim: ClassVar[tuple[tuple[float, float], ...]] = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    centre: ClassVar[tuple[float, float]] = (0.0, 0.0)
+    halves: ClassVar[Three] = ((0, 1, 2), (0, 2, 3))
+
+    @staticmethod
+    def powers(degree: int) -> Floats:
+        """Exponents of the monomials (k, 2) of a degree in each coordinate."""
+        return np.array(list(product(range(degree + 1), repeat=2)), dtype=float)
+
+    @staticmethod
+    def lattice(steps: int) -> Floats:
+        """Local points (k, 2) of so many equal steps along each side."""
+        found: Floats = 2.0 * Quadrilateral.powers(steps) / steps - 1.0
+        return found
+
+    @staticmethod
+    def folded(a: Floats, b: Floats, w: Floats) -> tuple[Floats, Floats]:
+        """A rule of the square as it is."""
+        return np.stack([a, b], axis=1), w
+
+
+class Tri3(Triangle):
+    """Three-node triangle: N_0 = 1 - xi - eta, N_1 = xi, N_2 = eta."""
+
+    nodes: ClassVar[int] = 3
+    between: ClassVar[Rows] = ()
+    triangles: ClassVar[Three] = Triangle.halves
+    pressed: ClassVar[int] = 1
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1))
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """The centroid: exact, since the triangle stays flat."""
+        return np.full((1, 2), 1 / 3), np.full(1, 0.5)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 3)."""
+        return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 3, 2)."""
+        return np.broadcast_to(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), (len(xi), 3, 2))
+
+
+class Tri6(Triangle):
+    """Six-node triangle, sides of second degree: corners L (2 L - 1), then mid-sides 4 L L' of 01, 12, 20."""
+
+    nodes: ClassVar[int] = 6
+    between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 0))
+    triangles: ClassVar[Three] = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+    pressed: ClassVar[int] = 4
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Six points of degree four (Strang and Fix 1973; Dunavant 1985): N times the area vector."""
+        a, b = 0.445948490915965, 0.091576213509771
+        wa, wb = 0.111690794839005, 0.054975871827661
+        xi = [(a, a), (1 - 2 * a, a), (a, 1 - 2 * a), (b, b), (1 - 2 * b, b), (b, 1 - 2 * b)]
+        return np.array(xi), np.array([wa, wa, wa, wb, wb, wb])
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 6)."""
+        L = Tri3.shape(xi)
+        return np.concatenate([L * (2 * L - 1), 4 * L * L[:, [1, 2, 0]]], axis=1)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 6, 2)."""
+        L, dL = Tri3.shape(xi)[:, :, None], Tri3.gradient(xi)
+        after = [1, 2, 0]
+        return np.concatenate([(4 * L - 1) * dL, 4 * (L * dL[:, after] + L[:, after] * dL)], axis=1)
+
+
+class Quad4(Quadrilateral):
+    """Four-node quadrilateral on [-1, 1]^2, N = (1 +- xi)(1 +- eta)/4; it need not be flat."""
+
+    nodes: ClassVar[int] = 4
+    between: ClassVar[Rows] = ()
+    triangles: ClassVar[Three] = Quadrilateral.halves
+    pressed: ClassVar[int] = 2
+    bend: ClassVar[int] = 2
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1))
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Two by two Gauss points: exact for N times the area vector."""
+        g = 3**-0.5
+        return np.array([(-g, -g), (g, -g), (g, g), (-g, g)]), np.ones(4)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 4)."""
+        a, b = np.array(Quad4.rim).T
+        N: Floats = (1 + a * xi[:, :1]) * (1 + b * xi[:, 1:]) / 4
+        return N
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 4, 2)."""
+        a, b = np.array(Quad4.rim).T
+        return np.stack([a * (1 + b * xi[:, 1:]) / 4, b * (1 + a * xi[:, :1]) / 4], axis=2)
+
+
+class Quad8(Quadrilateral):
+    """Eight-node quadrilateral of serendipity: corners, then middles of the sides 01, 12, 23, 30."""
+
+    nodes: ClassVar[int] = 8
+    between: ClassVar[Rows] = ((0, 1), (1, 2), (2, 3), (3, 0))
+    triangles: ClassVar[Three] = ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 7), (5, 6, 7))
+    pressed: ClassVar[int] = 5
+    bend: ClassVar[int] = 3
+    monomials: ClassVar[Rows] = ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2))
+
+    @staticmethod
+    def places() -> Floats:
+        """Local points of the nodes (8, 2)."""
+        return _with_middles(Quad8.between)
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Three by three Gauss points: exact for N times the area vector."""
+        return quadratic_shape_functions.gauss(2)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 8)."""
+        return quadratic_shape_functions.serendipity(Quad8.places(), xi)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 8, 2)."""
+        return quadratic_shape_functions.serendipity_gradient(Quad8.places(), xi)
+
+
+class Quad9(Quadrilateral):
+    """Nine-node quadrilateral of Lagrange: corners, middles of the sides 01, 12, 23, 30, and the middle."""
+
+    nodes: ClassVar[int] = 9
+    between: ClassVar[Rows] = (*Quad8.between, (0, 1, 2, 3))
+    triangles: ClassVar[Three] = (
+        (0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8), (2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8),
+    )  # fmt: skip
+    pressed: ClassVar[int] = 5
+    bend: ClassVar[int] = 4
+    monomials: ClassVar[Rows] = tuple(product(range(3), repeat=2))
+
+    @staticmethod
+    def places() -> Floats:
+        """Local points of the nodes (9, 2)."""
+        return _with_middles(Quad9.between)
+
+    @staticmethod
+    def quadrature() -> tuple[Floats, Floats]:
+        """Three by three Gauss points: exact for N times the area vector."""
+        return quadratic_shape_functions.gauss(2)
+
+    @staticmethod
+    def shape(xi: Floats) -> Floats:
+        """N (m, 9)."""
+        return quadratic_shape_functions.lagrange(Quad9.places(), xi)
+
+    @staticmethod
+    def gradient(xi: Floats) -> Floats:
+        """dN/dxi (m, 9, 2)."""
+        return quadratic_shape_functions.lagrange_gradient(Quad9.places(), xi)
+
+
+def _with_middles(between: Rows) -> Floats:
+    """Corners of the square, and what lies between them (k, 2)."""
+    rim = np.array(Quadrilateral.rim)
+    return np.array([*rim, *(rim[list(ends)].mean(axis=0) for ends in between)])
+
+
+FACETS: dict[int, type[Facet]] = {3: Tri3, 6: Tri6, 4: Quad4, 8: Quad8, 9: Quad9}  # by their number of nodes

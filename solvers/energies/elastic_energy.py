@@ -1,0 +1,315 @@
+"""The elastic energy of a solid: any law over any element, and sums of such energies over the same cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies import displacement_gradient_scaling, element_kernels
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+
+POINTS = 4096  # at which the law is asked at a time: what it gives stays in the cache
+
+
+class ElasticLaw(Protocol):
+    """Energy density and its derivatives over a batch of deformation gradients F (n, 3, 3)."""
+
+    def psi(self, F: Floats) -> Floats:
+        """Energy per undeformed volume (n,), J/m^3."""
+
+    def P(self, F: Floats) -> Floats:
+        """First Piola-Kirchhoff stress (n, 3, 3), Pa."""
+
+    def dPdF(self, F: Floats) -> Floats:
+        """dP_iJ/dF_kL (n, 3, 3, 3, 3), Pa."""
+
+    def dPdF_projected(self, F: Floats) -> Floats:
+        """dPdF with its negative eigenvalues set to zero."""
+
+
+@runtime_checkable
+class VaryingLaw(Protocol):
+    """An elastic law whose constants differ from point to point: over all F (m q, 3, 3) at once, or of some cells."""
+
+    law: Any  # with its constants as arrays (m, q)
+
+    def of(self, which: Any, kind: Any = None) -> Any:
+        """The same of some cells; its constants of a precision."""
+
+    def at_rest(self, measure: Callable[[Floats], Floats]) -> Floats:
+        """What `measure` makes of dP/dF at rest (k, 3, 3, 3, 3), at every point (m, q)."""
+
+
+class DampedLaw(Protocol):
+    """What damping in proportion to stiffness takes of a law."""
+
+    def dPdF_projected(self, F: Floats) -> Floats:
+        """A positive semi-definite stiffness over F (n, 3, 3), Pa (n, 3, 3, 3, 3)."""
+
+
+@runtime_checkable
+class InvariantLaw(Protocol):
+    """What more is known of a law of I1 = tr F^T F and J = det F, from I1 - 3 and J - 1 (c, q).
+
+    P = a F + s C and dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, with C = cof F.
+    """
+
+    def energy(self, stretch: Floats, j: Floats) -> Floats:
+        """Energy per undeformed volume (c, q), J/m^3."""
+
+    def slopes(self, stretch: Floats, j: Floats) -> tuple[Floats, Floats]:
+        """a and s (c, q), Pa."""
+
+    def curvatures(self, stretch: Floats, j: Floats) -> tuple[Floats | None, Floats]:
+        """c, None where it is zero, and d (c, q), Pa."""
+
+
+@dataclass(frozen=True)
+class Elastic(Energy):
+    """sum over integration points of w psi(F), with F = I + sum_a u_a (x) dN_a/dX (Bonet and Wood 2008, ch. 9).
+
+    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m, `w` (m, q) in m^3; the state x is the displacement (3 nodes,). `drag` is
+    what damping in proportion to stiffness takes of the law, None for its definite tangent.
+    """
+
+    cellular = True
+
+    cells: Ints
+    dNdX: Floats
+    w: Floats
+    law: ElasticLaw
+    conservative: bool = True
+    drag: DampedLaw | None = None
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom per node of each cell (m, 3 a)."""
+        return (3 * self.cells[:, :, None] + np.arange(3)).reshape(len(self.cells), -1)
+
+    def F(self, x: Floats) -> Floats:
+        """Deformation gradients (m q, 3, 3)."""
+        F = np.empty((*self.w.shape, 3, 3), dtype=self.w.dtype)
+        element_kernels.deformation_gradient(x.reshape(-1, 3), self.cells, self.dNdX, F)
+        return F.reshape(-1, 3, 3)
+
+    @cached_property
+    def _noise(self) -> float:
+        """eps times the force that a strain of one would cause: F is near one, so its last digit is that strain."""
+        forces = np.zeros(int(self.cells.max()) + 1)
+        share = np.einsum("mq,mqa->ma", self.w * self._stiffest, np.linalg.norm(self.dNdX, axis=3))
+        np.add.at(forces, self.cells, share)
+        return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
+
+    @property
+    def _stiffest(self) -> Any:
+        """The norm of dP/dF at rest, Pa, of 81 entries: an upper bound; at every point (m, q) where it varies."""
+        if self.varies:
+            return self._varying.at_rest(lambda A: np.linalg.norm(A.reshape(len(A), -1), axis=1))
+        return np.linalg.norm(self.law.dPdF(np.eye(3)[None]))
+
+    @cached_property
+    def varies(self) -> bool:
+        """Whether its law has constants of its own at every point."""
+        return isinstance(self.law, VaryingLaw)
+
+    @property
+    def _varying(self) -> VaryingLaw:
+        known: Any = self.law
+        return known  # type: ignore[no-any-return]
+
+    @cached_property
+    def _of_invariants(self) -> bool:
+        """Whether its law is one of invariants."""
+        return isinstance(self._varying.law if self.varies else self.law, InvariantLaw)
+
+    def law_of(self, some: slice) -> Any:
+        """The law of some cells: itself, where its constants are the same everywhere."""
+        return self._varying.of(some, self.w.dtype) if self.varies else self.law
+
+    def _invariant(self, some: slice) -> Any:
+        """The same that tells energies of invariants (c, q)."""
+        return self.law_of(some).law if self.varies else self.law
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return self._noise / self.magnification(x)
+
+    @cached_property
+    def _relaxed(self) -> bool:
+        return displacement_gradient_scaling.is_relaxed(self.law, self.w.size if self.varies else 1)
+
+    @cached_property
+    def _linear(self) -> bool:
+        return displacement_gradient_scaling.is_linear(self.law, self.w.size if self.varies else 1)
+
+    def magnification(self, x: Floats) -> float:
+        """The power of two, 1 or more, by which a state is magnified: psi is divided by its square, P by it."""
+        reach = float(np.abs(x).max(initial=0.0)) * self._steepest
+        if (
+            not 0.0 < reach < 1.0
+            or (reach >= displacement_gradient_scaling.SMALL and not self._linear)
+            or not self._relaxed
+        ):
+            return 1.0
+
+        def largest(up: float) -> float:
+            return float(np.abs(self.F(x * x.dtype.type(up)) - np.eye(3)).max())
+
+        return displacement_gradient_scaling.factor(reach, self._linear, largest, self.w.dtype)
+
+    @cached_property
+    def _steepest(self) -> float:
+        """The sum of the gradients of shape functions, 1/m: |H| is at most this times the greatest |u|."""
+        return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
+
+    def value(self, x: Floats) -> float:
+        """Strain energy, J."""
+        up = self.magnification(x)
+        return self._value(x if up == 1.0 else x * x.dtype.type(up)) / up / up
+
+    def _value(self, x: Floats) -> float:
+        if self._of_invariants:
+            total = 0.0
+            with np.errstate(all="ignore"):
+                for some, _, i, j in self._points(x):
+                    total += float(np.vdot(self._invariant(some).energy(i, j), self.w[some]))
+            return total
+        return float(self.law.psi(self.F(x)) @ self.w.ravel())
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal elastic forces, N."""
+        up = self.magnification(x)
+        x, scale = (x, scale) if up == 1.0 else (x * x.dtype.type(up), scale / up)
+        forces = g.reshape(-1, 3)
+        if self._of_invariants:
+            with np.errstate(all="ignore"):
+                for some, h, i, j in self._points(x):
+                    a, s = self._invariant(some).slopes(i, j)
+                    body = (self.cells, self.dNdX, self.w)
+                    element_kernels.add_forces_of(h, a, s, *body, some.start, scale, forces)
+            return
+        self.add_stresses(self.law.P(self.F(x)), g, scale)
+
+    def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N, of first Piola-Kirchhoff stresses P (m q, 3, 3), Pa: int P : dF/du."""
+        each = np.ascontiguousarray(P).reshape(*self.w.shape, 3, 3)
+        element_kernels.add_forces(each, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Tangent stiffness, N/m; its geometric part is within dP/dF."""
+        if self._of_invariants and not projected:
+            self._add_of_invariants(x, data, slots, scale, None)
+            return
+        tangent = "dPdF_projected" if projected else "dPdF"
+        self._add_tensors(self.law, tangent, x, data, slots, scale)
+
+    def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """The definite stiffness that damping is in proportion to, N/m."""
+        if self.drag is None:
+            self.add_hessian(x, data, slots, scale, True)
+            return
+        self._add_tensors(self.drag, "dPdF_projected", x, data, slots, scale)
+
+    def _add_tensors(self, law: Any, tangent: str, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
+        """The stiffness of tensors dP/dF that the `tangent` of a law or of a drag makes of F."""
+        F = self.F(x).reshape(*self.w.shape, 3, 3)
+        for some in self._some():
+            own = law.of(some, self.w.dtype) if self.varies else law
+            self.add_moduli(getattr(own, tangent)(F[some].reshape(-1, 3, 3)), some, data, slots[some], scale)
+
+    def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """Stiffness, N/m, of tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of some cells."""
+        each = np.ascontiguousarray(A).reshape(*self.w[some].shape, 3, 3, 3, 3)
+        element_kernels.add_stiffness(each, self.dNdX[some], self.w[some], scale, np.ascontiguousarray(slots), data)
+
+    def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
+        """dg/du (c, q, 3a), 1/m, of what has dg/dF = G (c, q, 3, 3) at the points of some cells."""
+        rows: Floats = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX[some], optimize=True)
+        return rows.reshape(*G.shape[:2], -1)
+
+    def _add_of_invariants(self, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None) -> None:
+        """The tangent without tensors; `more` (m, q) is added to the number s of its term d(cof F)/dF, Pa."""
+        with np.errstate(all="ignore"):
+            for some, h, i, j in self._points(x):
+                law = self._invariant(some)
+                (a, s), (c, d) = law.slopes(i, j), law.curvatures(i, j)
+                s = s if more is None else s + more[some]
+                c = np.zeros((0, i.shape[1]), dtype=i.dtype) if c is None else c
+                numbers = (h, j, a, s, c, d, self.dNdX, self.w)
+                element_kernels.add_stiffness_of(*numbers, some.start, scale, slots[some], data)
+
+    def _some(self) -> Iterator[slice]:
+        """Cells of about POINTS integration points at a time."""
+        cells = max(1, POINTS // self.w.shape[1])
+        return (slice(at, min(at + cells, len(self.w))) for at in range(0, len(self.w), cells))
+
+    def _points(self, x: Floats) -> Iterator[tuple[slice, Floats, Floats, Floats]]:
+        """Some cells, their du/dX (c, q, 9), I1 - 3 and J - 1 (c, q)."""
+        u, kind = x.reshape(-1, 3), self.w.dtype
+        for some in self._some():
+            shape = self.w[some].shape
+            h, (stretch, j) = np.empty((*shape, 9), dtype=kind), np.empty((2, *shape), dtype=kind)
+            element_kernels.invariants(u, self.cells, self.dNdX, some.start, h, stretch, j)
+            yield some, h, stretch, j
+
+
+@dataclass(frozen=True)
+class Together(Energy):
+    """The sum of energies that share their stencils, as one: shear at eight points and volume at one, for example."""
+
+    cellular = True
+
+    parts: tuple[Energy, ...]
+
+    @property
+    def conservative(self) -> bool:
+        """Whether all are."""
+        return all(part.conservative for part in self.parts)
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of every part."""
+        return self.parts[0].stencils
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return sum(part.rounding(x) for part in self.parts)
+
+    def value(self, x: Floats) -> float:
+        """Energy, J."""
+        return sum(part.value(x) for part in self.parts)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N."""
+        for part in self.parts:
+            part.add_gradient(x, g, scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Tangent stiffness, N/m."""
+        for part in self.parts:
+            part.add_hessian(x, data, slots, scale, projected)
+
+    def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """The definite stiffness that damping is in proportion to, N/m."""
+        for part in self.parts:
+            add_drag(part, x, data, slots, scale)
+
+
+@runtime_checkable
+class Dragging(Protocol):
+    """An energy that damps by another stiffness than its definite tangent."""
+
+    def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+        """The definite stiffness that damping is in proportion to, N/m."""
+
+
+def add_drag(energy: Energy, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
+    """What damping in proportion to stiffness takes of an energy, N/m: its definite tangent, if it knows no better."""
+    if isinstance(energy, Dragging):
+        energy.add_drag(x, data, slots, scale)
+    else:
+        energy.add_hessian(x, data, slots, scale, True)

@@ -1,0 +1,218 @@
+"""Loads: dead nodal forces, which have an energy; follower pressure and moments on faces, which have none."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements import moment_fitted_quadrature
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
+from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
+
+
+@dataclass(frozen=True)
+class DeadForces(Energy):
+    """Nodal forces `f` (dofs,) in N that keep their direction: E = -f . x."""
+
+    f: Floats
+    conservative: bool = True
+
+    @property
+    def stencils(self) -> Ints:
+        """None: it has no Hessian."""
+        return no_stencils()
+
+    def value(self, x: Floats) -> float:
+        """Potential of the forces, J."""
+        return -float(self.f @ x)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """g -= scale f."""
+        g -= scale * self.f
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Nothing: the forces are constant."""
+
+    def rounding(self, x: Floats) -> float:
+        """None: the forces are constant."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class FollowerPressure(Energy):
+    """Pressure `p` (Pa) on facets `faces` (f, k) of three, six or four nodes, along their current inward normal.
+
+    Force on node a: -p int N_a (dx/dxi x dx/deta) dxi deta, by a quadrature that is exact for it; its tangent is
+    not symmetric on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy. `weights`
+    are there where it acts on parts of facets: at the points of `elements.moments`, exact for it as well.
+    """
+
+    points: Floats  # (n, 3) undeformed
+    faces: Ints
+    p: float
+    weights: Floats | None = None  # (f, q)
+    conservative: bool = False
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom for each node of a facet (f, 3 k)."""
+        return (3 * self.faces[:, :, None] + np.arange(3)).reshape(len(self.faces), -1)
+
+    @cached_property
+    def _rule(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Shape functions N, dN/dxi and dN/deta (q, k), and weights (1 or f, q)."""
+        nodes = self.faces.shape[1]
+        facet = FACETS[nodes]
+        xi, weights = facet.quadrature()
+        if self.weights is not None:
+            xi, weights = moment_fitted_quadrature.places(nodes), self.weights
+        dN = facet.gradient(xi)
+        return facet.shape(xi), dN[:, :, 0], dN[:, :, 1], np.atleast_2d(weights)
+
+    def value(self, x: Floats) -> float:
+        """There is none: follower forces on an open surface have no potential."""
+        raise TypeError("a follower load has no energy")
+
+    def _tangents(self, x: Floats) -> tuple[Floats, Floats]:
+        """dx/dxi and dx/deta (f, q, 3)."""
+        _, first, second, _ = self._rule
+        y = (self.points + x.reshape(-1, 3))[self.faces]
+        return np.einsum("qk,fki->fqi", first, y), np.einsum("qk,fki->fqi", second, y)
+
+    def _weights_at(self, x: Floats) -> Floats:
+        """Weights (1 or f, q) of the rule in the state x."""
+        return self._rule[3]
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the nodal forces, N."""
+        areas = self._weights_at(x)[:, :, None] * np.cross(*self._tangents(x))
+        minus_force = np.einsum("qa,fqi->fai", self._rule[0], areas)
+        minus_force *= scale * self.p
+        np.add.at(g.reshape(-1, 3), self.faces, minus_force)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Load stiffness, not symmetric; left out of a projected tangent, which must stay definite."""
+        if projected:
+            return
+        block = self._slopes(x)
+        block *= scale * self.p
+        keep = slots >= 0
+        np.add.at(data, slots[keep], block.reshape(slots.shape)[keep])
+
+    def _slopes(self, x: Floats) -> Floats:
+        """The derivative of minus the nodal forces under a pressure of one (f, a, 3, b, 3), m."""
+        N, first, second, _ = self._rule
+        w = self._weights_at(x)[:, :, None]
+        a, b = (w * tangent for tangent in self._tangents(x))
+        # d(a x b) = -[b]x da + [a]x db
+        block: Floats = np.einsum("qa,qb,fqij->faibj", N, second, cross_matrix(a), optimize=True)
+        block -= np.einsum("qa,qb,fqij->faibj", N, first, cross_matrix(b), optimize=True)
+        return block
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the body that carries it."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class FaceMoment(Energy):
+    """Traction t = c x (x - middle) per undeformed area on a part of a surface, x where it is now.
+
+    `nodes` (k,) are those of its facets, `products` (k, k) the integrals of N_a N_b over its undeformed area, m^2. With
+    m = products less what moves with the middle, y = m x and J = int |r|^2 I - r r^T of the part as it lies now,
+
+        f_a = c x y_a,  J c = moment:
+
+    the forces sum to nothing and their moment is what is given, in every state. This is the moment that coupling
+    elements put on a surface by equal weights per area; it has no energy, since it stays in space. The tangent has an
+    entry for every pair of nodes, and is not symmetric.
+    """
+
+    points: Floats  # (n, 3) undeformed
+    nodes: Ints
+    products: Floats
+    moment: Floats  # (3,) N m
+    conservative: bool = False
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom of every node of the part (1, 3 k)."""
+        found: Ints = (3 * self.nodes[:, None] + np.arange(3)).reshape(1, -1)
+        return found
+
+    @cached_property
+    def _about_middle(self) -> Floats:
+        """m (k, k)."""
+        n = self.products.sum(axis=1)
+        found: Floats = self.products - np.outer(n, n) / n.sum()
+        return found
+
+    def _state(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """y (k, 3), J (3, 3) and c (3,)."""
+        r = (self.points + x.reshape(-1, 3))[self.nodes]
+        y = self._about_middle @ r
+        spread = y.T @ r
+        J = np.trace(spread) * np.eye(3) - spread
+        return y, J, np.linalg.solve(J, self.moment)
+
+    def value(self, x: Floats) -> float:
+        """There is none: what such a moment does depends on the way."""
+        raise TypeError("a moment that stays in space has no energy")
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the nodal forces, N."""
+        y, _, c = self._state(x)
+        g.reshape(-1, 3)[self.nodes] -= scale * np.cross(c, y)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """-[c]x m_ab - [y_a]x J^-1 (2 c y_b^T - (y_b . c) I - y_b c^T); left out of a projected tangent."""
+        if projected:
+            return
+        y, J, c = self._state(x)
+        changes = 2.0 * np.einsum("i,bj->bij", c, y) - np.einsum("bi,j->bij", y, c)
+        changes -= (y @ c)[:, None, None] * np.eye(3)
+        across = cross_matrix(y)
+        block = -np.einsum("aik,bkj->aibj", across, np.linalg.inv(J) @ changes, optimize=True)
+        block -= np.einsum("ab,ij->aibj", self._about_middle, cross_matrix(c))
+        add_blocks(scale * block.reshape(slots.shape), slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the body that carries it."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Share(Energy):
+    """A part of a load, which grows and falls in time."""
+
+    energy: Energy
+    share: float
+
+    @property
+    def conservative(self) -> bool:
+        """As the load is."""
+        return self.energy.conservative
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the load."""
+        return self.energy.stencils
+
+    def value(self, x: Floats) -> float:
+        """Energy, J."""
+        return self.share * self.energy.value(x)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus its forces, N."""
+        self.energy.add_gradient(x, g, self.share * scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Tangent, N/m."""
+        self.energy.add_hessian(x, data, slots, self.share * scale, projected)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return abs(self.share) * self.energy.rounding(x)

@@ -1,0 +1,449 @@
+"""Strain energy, forces and tangents of a rod whose state is told by rotation vectors, in one loop over its elements.
+
+The formulas are not those of `rod_kinematics`: derivatives are taken in the axes of the middle of each element, where
+with theta the rotation from node a to node b, t = |theta| and [v] the matrix of v x
+
+    d theta = J phi_b - J^T phi_a      J = 1 + [theta]/2 + b [theta]^2, b = (1 - t/2 cot(t/2)) / t^2
+    psi     = A phi_b + A^T phi_a      A = (1 + tau [theta]) / 2,       tau = tan(t/4) / t
+
+phi are rotations of the nodes about their own axes, psi that of the middle. Both follow from the right Jacobian of the
+exponential map (Sola, Deray and Atchuthan 2018, arXiv:1812.01537, equations 143 to 145). The tangent is that of the
+forces: it is not symmetric out of balance, and its symmetric part is the Hessian of `rod.RodElastic`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.runtime.kernel_cache import kernel, maker, part
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@kernel
+def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> None:
+    """Positions X + u (n, 3), rotations q0 exp(phi / 2) (n, 4) and right Jacobians of phi (n, 3, 3) of x (n, 6)."""
+    for k in range(x.shape[0]):
+        a, b, c = x[k, 3], x[k, 4], x[k, 5]
+        m = a * a + b * b + c * c
+        if m < 0.01:  # what is left out of the series is below rounding
+            s = 0.5 - m * (1.0 / 48.0 - m * (1.0 / 3840.0 - m / 645120.0))
+        else:
+            s = math.sin(0.5 * math.sqrt(m)) / math.sqrt(m)
+        p, r = _curved(m)
+        w = math.cos(0.5 * math.sqrt(m))
+        a, b, c = s * a, s * b, s * c
+        q[k, 0] = q0[k, 0] * w - q0[k, 1] * a - q0[k, 2] * b - q0[k, 3] * c
+        q[k, 1] = q0[k, 0] * a + q0[k, 1] * w + q0[k, 2] * c - q0[k, 3] * b
+        q[k, 2] = q0[k, 0] * b + q0[k, 2] * w + q0[k, 3] * a - q0[k, 1] * c
+        q[k, 3] = q0[k, 0] * c + q0[k, 3] * w + q0[k, 1] * b - q0[k, 2] * a
+        for i in range(3):
+            at[k, i] = X[k, i] + x[k, i]
+            for j in range(3):
+                T[k, i, j] = r * x[k, 3 + i] * x[k, 3 + j]
+            T[k, i, i] += 1.0 - r * m
+        for i in range(3):
+            j, h = (i + 1) % 3, (i + 2) % 3
+            T[k, h, j] -= p * x[k, 3 + i]
+            T[k, j, h] += p * x[k, 3 + i]
+
+
+@part
+def _curved(m: float) -> tuple[float, float]:
+    """(1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2: what is left out of each series is below rounding."""
+    if m < 0.01:
+        p = 0.5 - m * (1.0 / 24.0 - m * (1.0 / 720.0 - m * (1.0 / 40320.0 - m / 3628800.0)))
+        return p, 1.0 / 6.0 - m * (1.0 / 120.0 - m * (1.0 / 5040.0 - m / 362880.0))
+    t = math.sqrt(m)
+    return (1.0 - math.cos(t)) / m, (t - math.sin(t)) / (m * t)
+
+
+@part
+def _factors(m: float) -> tuple[float, float, float, float]:
+    """tau, tau' / t, b and b' / t for m = t^2: series below a half, where the closed forms lose digits."""
+    if m < 0.25:
+        y = m / 16.0
+        tau = 0.25 * (1.0 + y * (1.0 / 3.0 + y * (2.0 / 15.0 + y * (17.0 / 315.0 + y * (
+            62.0 / 2835.0 + y * (1382.0 / 155925.0 + y * 21844.0 / 6081075.0))))))  # fmt: skip
+        tau_t = (1.0 / 3.0 + y * (4.0 / 15.0 + y * (51.0 / 315.0 + y * (248.0 / 2835.0 + y * (
+            6910.0 / 155925.0 + y * 131064.0 / 6081075.0))))) / 32.0  # fmt: skip
+        b = 1.0 / 12.0 + m * (1.0 / 720.0 + m * (1.0 / 30240.0 + m * (1.0 / 1209600.0 + m * (
+            1.0 / 47900160.0 + m * (691.0 / 1307674368000.0 + m / 74724249600.0)))))  # fmt: skip
+        b_t = 2.0 * (1.0 / 720.0 + m * (2.0 / 30240.0 + m * (3.0 / 1209600.0 + m * (4.0 / 47900160.0 + m * (
+            3455.0 / 1307674368000.0 + m * 6.0 / 74724249600.0)))))  # fmt: skip
+        return tau, tau_t, b, b_t
+    t = math.sqrt(m)
+    tangent, cosine, cot = math.tan(0.25 * t), math.cos(0.25 * t), 1.0 / math.tan(0.5 * t)
+    b = (1.0 - 0.5 * t * cot) / m
+    b_t = (0.25 * t / math.sin(0.5 * t) ** 2 - 0.5 * cot - 2.0 * b * t) / (t * m)
+    return tangent / t, (0.25 * t / cosine**2 - tangent) / (t * m), b, b_t
+
+
+@part
+def _hat(v: Floats, scale: float, M: Floats) -> None:
+    """M += scale [v]."""
+    for i in range(3):
+        j, h = (i + 1) % 3, (i + 2) % 3
+        M[h, j] += scale * v[i]
+        M[j, h] -= scale * v[i]
+
+
+@part
+def _rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
+    """M += scale a b^T."""
+    for i in range(3):
+        for j in range(3):
+            M[i, j] += scale * a[i] * b[j]
+
+
+@part
+def _cross(a: Floats, b: Floats, found: Floats) -> None:
+    """a x b."""
+    for i in range(3):
+        j, h = (i + 1) % 3, (i + 2) % 3
+        found[i] = a[j] * b[h] - a[h] * b[j]
+
+
+@part
+def _add_product(A: Floats, B: Floats, scale: float, C: Floats, transposed: bool) -> None:
+    """C (3, n) += scale A B, or A^T B."""
+    for i in range(3):
+        for k in range(3):
+            factor = scale * (A[k, i] if transposed else A[i, k])
+            if factor != 0.0:
+                for j in range(B.shape[1]):
+                    C[i, j] += factor * B[k, j]
+
+
+@part
+def _rotation(q: Floats, R: Floats) -> None:
+    """R of a unit quaternion."""
+    w, a, b, c = q[0], q[1], q[2], q[3]
+    R[0, 0], R[0, 1], R[0, 2] = 1.0 - 2.0 * (b * b + c * c), 2.0 * (a * b - w * c), 2.0 * (a * c + w * b)
+    R[1, 0], R[1, 1], R[1, 2] = 2.0 * (a * b + w * c), 1.0 - 2.0 * (a * a + c * c), 2.0 * (b * c - w * a)
+    R[2, 0], R[2, 1], R[2, 2] = 2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)
+
+
+@part
+def _between(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
+    """The rotation vector from qa to qb and the rotation of their middle; |theta|^2."""
+    dot = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3]
+    sign = -1.0 if dot < 0.0 else 1.0
+    dot *= sign
+    _cross(qb[1:], qa[1:], theta)
+    size = 0.0
+    for i in range(3):
+        theta[i] = sign * (theta[i] + qa[0] * qb[1 + i] - qb[0] * qa[1 + i])
+        size += theta[i] ** 2
+    size = math.sqrt(size)
+    t = 2.0 * math.atan2(size, dot)
+    for i in range(3):
+        theta[i] *= t / size if size > 0.0 else 2.0
+    norm = 0.0
+    for i in range(4):
+        p[i] = qa[i] + sign * qb[i]
+        norm += p[i] ** 2
+    for i in range(4):
+        p[i] /= math.sqrt(norm)
+    _rotation(p, R)
+    return t * t
+
+
+@part
+def _forces(
+    e: int, elements: Ints, l: Floats, theta: Floats, factors: tuple[float, float, float, float], R: Floats,
+    Gamma: Floats, N: Floats, M: Floats, scale: float, w: Floats, tw: Floats, tM: Floats, ttM: Floats, g: Floats,
+) -> None:  # fmt: skip
+    """g (n, 6) += scale times what an element does that carries N and M, if any; and the products w = l N x Gamma,
+    theta x w, theta x M and theta x (theta x M)."""
+    tau, _, beta, _ = factors
+    _cross(N, Gamma, w)
+    for i in range(3):
+        w[i] *= l[e]
+    _cross(theta, w, tw)
+    _cross(theta, M, tM)
+    _cross(theta, tM, ttM)
+    if g.shape[0] == 0:
+        return
+    a, b = elements[e, 0], elements[e, 1]
+    for i in range(3):
+        force = 0.0
+        for k in range(3):
+            force += R[i, k] * N[k]
+        g[a, i] -= scale * force
+        g[b, i] += scale * force
+        even, odd = 0.5 * w[i], 0.5 * tau * tw[i]
+        stiff = M[i] + beta * ttM[i]
+        g[a, 3 + i] += scale * (even + odd - stiff - 0.5 * tM[i])
+        g[b, 3 + i] += scale * (even - odd + stiff - 0.5 * tM[i])
+
+
+@part
+def _increments(
+    theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
+    A: Floats, J: Floats, by: Floats,
+) -> None:  # fmt: skip
+    """A, J, and of `by` what theta, psi and Gamma are by the increments of both nodes; the rest becomes zero."""
+    tau, _, beta, _ = factors
+    A[:], J[:], by[:] = 0.0, 0.0, 0.0
+    _hat(theta, 0.5 * tau, A)
+    _hat(theta, 0.5, J)
+    _rank_one(theta, theta, beta, J)
+    for i in range(3):
+        A[i, i] += 0.5
+        J[i, i] += 1.0 - beta * m
+    for i in range(3):
+        for j in range(3):
+            by[0, i, 3 + j], by[0, i, 9 + j] = -J[j, i], J[i, j]
+            by[1, i, 3 + j], by[1, i, 9 + j] = A[j, i], A[i, j]
+            by[2, i, j], by[2, i, 6 + j] = -R[j, i] / l, R[j, i] / l
+    _add_cross(Gamma, by[1], 1.0, by[2])
+
+
+@part
+def _tangent(
+    l: float, theta: Floats, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, N: Floats, M: Floats,
+    w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats, D_a: Floats, D_b: Floats, block: Floats,
+) -> None:  # fmt: skip
+    """The `block` (12, 12) of an element by turns about own axes, where `by` has what N and M are by increments."""
+    tau, tau_t, beta, beta_t = factors
+    D_a[:], D_b[:], block[:] = 0.0, 0.0, 0.0
+    dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
+    _hat(w, -0.5 * tau, D_a)
+    _rank_one(tw, theta, 0.5 * tau_t, D_a)
+    _rank_one(theta, M, beta, D_b)  # what J M and J^T M have in common
+    _rank_one(M, theta, -2.0 * beta, D_b)
+    _rank_one(ttM, theta, beta_t, D_b)
+    for i in range(3):
+        D_b[i, i] += beta * dot
+        for j in range(3):
+            D_b[i, j] -= D_a[i, j]  # of A^T w: minus that of A w
+            D_a[i, j] = -D_b[i, j]
+    _hat(M, 0.5, D_a)
+    _hat(M, 0.5, D_b)
+    _add_cross(N, by[2], l, by[4])
+    _add_cross(Gamma, by[3], -l, by[4])
+    _add_cross(N, by[1], -1.0, by[3])
+    _add_product(R, by[3], 1.0, block[6:9], False)
+    _add_product(R, by[3], -1.0, block[0:3], False)
+    _add_product(A, by[4], 1.0, block[3:6], False)
+    _add_product(A, by[4], 1.0, block[9:12], True)
+    _add_product(D_a, by[0], 1.0, block[3:6], False)
+    _add_product(D_b, by[0], 1.0, block[9:12], False)
+    _add_product(J, by[5], -1.0, block[3:6], False)
+    _add_product(J, by[5], 1.0, block[9:12], True)
+
+
+@part
+def _put(
+    e: int, elements: Ints, T: Floats, slots: Ints, scale: float, block: Floats, moment: Floats, data: Floats
+) -> None:
+    """data[slots] += scale times a block by the unknowns, that by turns times what T turns them by (n, 3, 3)."""
+    a, b = elements[e, 0], elements[e, 1]
+    for i in range(12):
+        _behind(block[i, 3:6], T[a], moment)
+        _behind(block[i, 9:12], T[b], moment)
+        for j in range(12):
+            if slots[e, i, j] >= 0:
+                data[slots[e, i, j]] += scale * block[i, j]
+
+
+@maker
+def rod(
+    at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, C: Floats, rest: Floats, scale: float,
+    g: Floats, slots: Ints, data: Floats,
+) -> float:  # fmt: skip
+    """The strain energy, J; g (n, 6) += scale forces; data[slots] += scale their tangent by what T turns (n, 3, 3).
+
+    An empty `g` or `slots` asks for none; negative slots are left out. `C` and `rest` strains are (m, 6).
+    """
+    energy = 0.0
+    theta, w, M, tw, tM, ttM, N, Gamma, moment, p = np.zeros((10, 4))
+    theta, w, M, tw, tM, ttM = theta[:3], w[:3], M[:3], tw[:3], tM[:3], ttM[:3]
+    N, Gamma, moment = N[:3], Gamma[:3], moment[:3]
+    R, A, J, D_a, D_b = np.zeros((5, 3, 3))
+    by = np.zeros((6, 3, 12))  # theta, psi, Gamma, N, w, M by the increments of both nodes
+    block = np.zeros((12, 12))
+    for e in range(elements.shape[0]):
+        a, b = elements[e, 0], elements[e, 1]
+        m = _between(q[a], q[b], theta, R, p)
+        for i in range(3):
+            Gamma[i] = 0.0
+            for k in range(3):
+                Gamma[i] += R[k, i] * (at[b, k] - at[a, k]) / l[e]
+            gap, bend = Gamma[i] - rest[e, i], theta[i] / l[e] - rest[e, 3 + i]
+            N[i], M[i] = C[e, i] * gap, C[e, 3 + i] * bend
+            energy += 0.5 * l[e] * (N[i] * gap + M[i] * bend)
+        if g.shape[0] == 0 and slots.shape[0] == 0:
+            continue
+        factors = _factors(m)
+        _forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
+        if slots.shape[0] == 0:
+            continue
+        _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
+        for i in range(3):
+            for j in range(12):
+                by[3, i, j] = C[e, i] * by[2, i, j]
+                by[5, i, j] = C[e, 3 + i] * by[0, i, j] / l[e]
+        _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _put(e, elements, T, slots, scale, block, moment, data)
+    return energy
+
+
+@maker
+def tendons(
+    at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, arms: Floats, slopes: Floats, pulls: Floats,
+    scale: float, g: Floats, slots: Ints, data: Floats,
+) -> float:  # fmt: skip
+    """What `rod` is of a rod, of tendons with `arms` and `slopes` (k, m, 3) and tensions `pulls` (k, m) in elements.
+
+    In the middle of an element with y = Gamma + K x a + a' and t = y / |y| they add pull t to N and a x pull t to M.
+    """
+    energy = 0.0
+    theta, w, M, tw, tM, ttM, N, Gamma, moment, p, y, pull, own, K = np.zeros((14, 4))
+    theta, w, M, tw, tM, ttM = theta[:3], w[:3], M[:3], tw[:3], tM[:3], ttM[:3]
+    N, Gamma, moment, y, pull, own, K = N[:3], Gamma[:3], moment[:3], y[:3], pull[:3], own[:3], K[:3]
+    R, A, J, D_a, D_b = np.zeros((5, 3, 3))
+    by, change = np.zeros((6, 3, 12)), np.zeros((3, 12))
+    block = np.zeros((12, 12))
+    for e in range(elements.shape[0]):
+        a, b = elements[e, 0], elements[e, 1]
+        m = _between(q[a], q[b], theta, R, p)
+        for i in range(3):
+            N[i], M[i], Gamma[i], K[i] = 0.0, 0.0, 0.0, theta[i] / l[e]
+            for k in range(3):
+                Gamma[i] += R[k, i] * (at[b, k] - at[a, k]) / l[e]
+        for k in range(arms.shape[0]):
+            energy += l[e] * pulls[k, e] * _pulled(Gamma, K, arms[k, e], slopes[k, e], pulls[k, e], y, pull, own)
+            for i in range(3):
+                N[i] += pull[i]
+                M[i] += own[i]
+        if g.shape[0] == 0 and slots.shape[0] == 0:
+            continue
+        factors = _factors(m)
+        _forces(e, elements, l, theta, factors, R, Gamma, N, M, scale, w, tw, tM, ttM, g)
+        if slots.shape[0] == 0:
+            continue
+        _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
+        for k in range(arms.shape[0]):
+            size = _pulled(Gamma, K, arms[k, e], slopes[k, e], 1.0, y, pull, own)  # `pull` is the direction
+            for j in range(12):
+                for i in range(3):
+                    f, h = (i + 1) % 3, (i + 2) % 3
+                    change[i, j] = by[2, i, j] + (by[0, f, j] * arms[k, e, h] - by[0, h, j] * arms[k, e, f]) / l[e]
+                along = pull[0] * change[0, j] + pull[1] * change[1, j] + pull[2] * change[2, j]
+                for i in range(3):
+                    change[i, j] = pulls[k, e] / size * (change[i, j] - along * pull[i])
+                    by[3, i, j] += change[i, j]
+            _add_cross(arms[k, e], change, 1.0, by[5])
+        _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
+        _put(e, elements, T, slots, scale, block, moment, data)
+    return energy
+
+
+@part
+def _pulled(
+    Gamma: Floats, K: Floats, arm: Floats, slope: Floats, tension: float, y: Floats, pull: Floats, own: Floats
+) -> float:
+    """|y|, y itself, the pull of a tendon along it and its moment a x pull."""
+    _cross(K, arm, y)
+    size = 0.0
+    for i in range(3):
+        y[i] += Gamma[i] + slope[i]
+        size += y[i] ** 2
+    size = max(math.sqrt(size), 1e-12)
+    for i in range(3):
+        pull[i] = tension * y[i] / size
+    _cross(arm, pull, own)
+    return size
+
+
+@part
+def _add_cross(v: Floats, B: Floats, scale: float, C: Floats) -> None:
+    """C (3, n) += scale [v] B."""
+    for i in range(3):
+        j, h = (i + 1) % 3, (i + 2) % 3
+        for c in range(B.shape[1]):
+            C[i, c] += scale * (v[j] * B[h, c] - v[h] * B[j, c])
+
+
+@part
+def _behind(row: Floats, T: Floats, left: Floats) -> None:
+    """row (3,) becomes row T."""
+    for i in range(3):
+        left[i] = row[i]
+    for j in range(3):
+        row[j] = left[0] * T[0, j] + left[1] * T[1, j] + left[2] * T[2, j]
+
+
+@part
+def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
+    """exp(theta) and the right Jacobian of theta = (x, y, z)."""
+    m = x * x + y * y + z * z
+    if m < 0.01:
+        s = 1.0 - m / 6.0 * (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0)))
+    else:
+        s = math.sin(math.sqrt(m)) / math.sqrt(m)
+    p, r = _curved(m)
+    E[0, 0], E[0, 1], E[0, 2] = 1.0 - p * (y * y + z * z), p * x * y - s * z, p * x * z + s * y
+    E[1, 0], E[1, 1], E[1, 2] = p * x * y + s * z, 1.0 - p * (x * x + z * z), p * y * z - s * x
+    E[2, 0], E[2, 1], E[2, 2] = p * x * z - s * y, p * y * z + s * x, 1.0 - p * (x * x + y * y)
+    T[0, 0], T[0, 1], T[0, 2] = 1.0 - r * (y * y + z * z), r * x * y + p * z, r * x * z - p * y
+    T[1, 0], T[1, 1], T[1, 2] = r * x * y - p * z, 1.0 - r * (x * x + z * z), r * y * z + p * x
+    T[2, 0], T[2, 1], T[2, 2] = r * x * z + p * y, r * y * z - p * x, 1.0 - r * (x * x + y * y)
+
+
+@kernel
+def gyroscopic(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> None:
+    """f (dofs,) += scale w x J w of sections with velocities w = v[where], moments of inertia J (n, 3)."""
+    for k in range(where.shape[0]):
+        for i in range(3):
+            a, b = (i + 1) % 3, (i + 2) % 3
+            f[where[k, i]] += scale * v[where[k, a]] * v[where[k, b]] * (J[k, b] - J[k, a])
+
+
+@kernel
+def gyroscopic_slopes(where: Ints, v: Floats, J: Floats, scale: float, found: Floats) -> None:
+    """`scale` times the derivatives by w (n, 3, 3) of w x J w."""
+    for k in range(where.shape[0]):
+        for i in range(3):
+            a, b = (i + 1) % 3, (i + 2) % 3
+            found[k, i, i] = 0.0
+            found[k, i, a] = scale * v[where[k, b]] * (J[k, b] - J[k, a])
+            found[k, i, b] = scale * v[where[k, a]] * (J[k, b] - J[k, a])
+
+
+@maker
+def spun(
+    where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats
+) -> None:
+    """What the change of angular momentum over a step h, seen from its middle, has beyond J (w1 - w0) / h.
+
+    f (dofs,) += (exp(x/2) J w1 - exp(-x/2) J w0 - J (w1 - w0)) / h; `found` (n, 3, 3), or empty: its derivative by x,
+    where w1 goes with B x.
+    """
+    E, T = np.zeros((2, 3, 3))
+    for k in range(where.shape[0]):
+        X, Y, Z = 0.5 * x[where[k, 0]], 0.5 * x[where[k, 1]], 0.5 * x[where[k, 2]]
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            v = v1 if side == 0 else v0
+            _exponential(sign * X, sign * Y, sign * Z, E, T)
+            a, b, c = J[k, 0] * v[where[k, 0]], J[k, 1] * v[where[k, 1]], J[k, 2] * v[where[k, 2]]
+            f[where[k, 0]] += sign / h * (E[0, 0] * a + E[0, 1] * b + E[0, 2] * c - a)
+            f[where[k, 1]] += sign / h * (E[1, 0] * a + E[1, 1] * b + E[1, 2] * c - b)
+            f[where[k, 2]] += sign / h * (E[2, 0] * a + E[2, 1] * b + E[2, 2] * c - c)
+            if found.shape[0] == 0:
+                continue
+            for j in range(3):  # d exp(y) u = -exp(y) [u] T dy
+                x_, y_, z_ = b * T[2, j] - c * T[1, j], c * T[0, j] - a * T[2, j], a * T[1, j] - b * T[0, j]
+                for i in range(3):
+                    change = -0.5 / h * (E[i, 0] * x_ + E[i, 1] * y_ + E[i, 2] * z_)
+                    if side == 0:
+                        found[k, i, j] = change + B / h * J[k, j] * (E[i, j] - (1.0 if i == j else 0.0))
+                    else:
+                        found[k, i, j] += change

@@ -1,0 +1,169 @@
+"""What turns sections of a rod in motion at single places: moments that stay in space, and tendons through guides.
+
+Few numbers each, of which what is found once is kept: asked as `TurnedLoad` asks any load, they take as long as all the
+rest of a step, and twice that.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.incremental_rotation.moving_rods import RodChart
+from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
+from softmark.solvers.energies.rod_guides import SHORT, GuidedTendon
+from softmark.solvers.energies.rod_loads import RodMoments
+from softmark.solvers.energies.rod_rotation import rotation
+
+
+@dataclass(frozen=True)
+class TurnedMoments(Energy):
+    """Moments at rest, `on` nodes, over the unknowns of a chart: about own axes R^T m, tangent [R^T m]x d(turn)."""
+
+    chart: RodChart
+    on: RodMoments
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """The three rotations of every node (k, 3)."""
+        return self.on.stencils
+
+    @cached_property
+    def _each(self) -> list[tuple[int, list[float]]]:
+        return list(zip(self.on.nodes.tolist(), self.on.moments.tolist(), strict=True))
+
+    def value(self, x: Floats) -> float:
+        """There is none: what such a moment does depends on the way."""
+        return self.on.value(x)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus the moments about the nodes' own axes."""
+        q = self.chart.turned(x)[1]
+        for node, m in self._each:
+            own = _own(q[node].tolist(), m)
+            for i in range(3):
+                g[6 * node + 3 + i] -= scale * own[i]
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The tangent of the moments; nothing of a projected one, which must stay definite."""
+        if projected:
+            return
+        _, q, T = self.chart.turned(x)
+        for (node, m), places in zip(self._each, slots.tolist(), strict=True):
+            a, b, c = _own(q[node].tolist(), m)
+            d, e, f = T[node].tolist()
+            for j in range(3):
+                turn = b * f[j] - c * e[j], c * d[j] - a * f[j], a * e[j] - b * d[j]
+                for i in range(3):
+                    if (place := places[i][j]) >= 0:  # else it is held
+                        data[place] -= scale * turn[i]
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the rod."""
+        return 0.0
+
+
+def _own(q: list[float], m: list[float]) -> tuple[float, float, float]:
+    """A vector in space in the axes of a unit quaternion: m + 2 u x (u x m - w m), u its vector part."""
+    w, a, b, c = q
+    x, y, z = m
+    p, s, t = b * z - c * y - w * x, c * x - a * z - w * y, a * y - b * x - w * z
+    return x + 2.0 * (b * t - c * s), y + 2.0 * (c * p - a * t), z + 2.0 * (a * s - b * p)
+
+
+@dataclass(frozen=True)
+class TurnedGuides(Energy):
+    """A tendon at rest, `through` guides, over the unknowns of a chart.
+
+    At a guide p = x + R a its two chords pull with f, which does a x R^T f about its section's own axes. The tangent of
+    that is [a]x [R^T f]x d(turn), beside what comes of chords that turn.
+    """
+
+    chart: RodChart
+    through: GuidedTendon
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the tendon."""
+        return self.through.stencils
+
+    @cached_property
+    def _places(self) -> Ints:
+        """The unknowns of all guides (6 g,)."""
+        found: Ints = (6 * self.through.nodes[:, None] + np.arange(6)).ravel()
+        return found
+
+    @cached_property
+    def _across(self) -> Floats:
+        """[a]x of the arms (g, 3, 3)."""
+        return cross_matrix(self.through.arms)
+
+    @cached_property
+    def _ends(self) -> tuple[Floats, Floats]:
+        """How the two ends of a chord move with its unknowns, twice (c, 3, 12): what never changes of that."""
+        one = np.zeros((len(self.through.nodes) - 1, 3, 12))
+        one[:, :, :3], one[:, :, 6:9] = -np.eye(3), np.eye(3)
+        return one, one.copy()
+
+    @cached_property
+    def _last(self) -> dict[bytes, tuple[Floats, ...]]:
+        """What was found in the last state, by its unknowns and what they are counted from."""
+        return {}
+
+    def _found(self, x: Floats) -> tuple[Floats, ...]:
+        """Rotations (g, 3, 3), chords' directions (c, 3) and lengths (c,), pulls in own axes and forces (g, 6)."""
+        at, q, _ = self.chart.turned(x)
+        nodes, arms = self.through.nodes, self.through.arms
+        own = q[nodes]
+        key = x.tobytes() + own.tobytes()
+        if (known := self._last.get(key)) is not None:
+            return known
+        R = rotation(own)
+        p = at[nodes] + (R @ arms[:, :, None])[:, :, 0]
+        r = p[1:] - p[:-1]
+        size = np.maximum(np.sqrt((r * r).sum(axis=1)), SHORT)
+        t = r / size[:, None]
+        forces = np.zeros((len(nodes), 6))
+        forces[:-1, :3] = -self.through.tension * t
+        forces[1:, :3] += self.through.tension * t
+        pulls = (forces[:, None, :3] @ R)[:, 0]
+        forces[:, 3:] = (self._across @ pulls[:, :, None])[:, :, 0]
+        self._last.clear()
+        self._last[key] = found = (R, t, size, pulls, forces)
+        return found
+
+    def value(self, x: Floats) -> float:
+        """Potential, zero in the undeformed state, J."""
+        return self.through.value(self.chart.state(x))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus its forces, N, and its moments about the nodes' own axes, N m."""
+        g += np.bincount(self._places, (scale * self._found(x)[4]).ravel(), len(g))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The tangent of the forces; `projected` is that of the tendon at rest."""
+        if projected:
+            self.through.add_hessian(self.chart.state(x), data, slots, scale, True)
+            return
+        R, t, size, pulls, _ = self._found(x)
+        T = self.chart.turned(x)[2][self.through.nodes]
+        rows, columns = self._ends
+        arm = R @ self._across
+        turned = arm @ T
+        rows[:, :, 3:6], rows[:, :, 9:] = arm[:-1], -arm[1:]
+        columns[:, :, 3:6], columns[:, :, 9:] = turned[:-1], -turned[1:]
+        stiff = (scale * self.through.tension / size)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None])
+        local = rows.swapaxes(1, 2) @ (stiff @ columns)
+        own = self._across @ cross_matrix(scale * pulls) @ T
+        local[:, 3:6, 3:6] += own[:-1]  # a guide between two chords counts once
+        local[-1, 9:, 9:] += own[-1]
+        add_blocks(local, slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the rod."""
+        return 0.0

@@ -1,0 +1,61 @@
+"""Tendons of a rod in motion, over displacements and rotation vectors."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.incremental_rotation import moving_rod_kernels
+from softmark.solvers.energies.incremental_rotation.moving_rods import NO_DATA, NO_FORCES, NO_SLOTS, RodChart
+from softmark.solvers.energies.rod_tendons import RodTendons
+
+
+@dataclass(frozen=True)
+class TurnedTendons(Energy):
+    """The `tendons` of a rod at rest, over the unknowns of a chart: compiled, in one loop over its elements."""
+
+    chart: RodChart
+    tendons: RodTendons
+    conservative: bool = False
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the tendons."""
+        return self.tendons.stencils
+
+    @cached_property
+    def _parts(self) -> Any:
+        """Elements, lengths, arms, slopes and tensions in the elements, as the kernel takes them."""
+        own = self.tendons
+        arrays = (own.arms, own.slopes, own.tension[:, None] * own.shares)
+        return np.ascontiguousarray(own.elements), own.lengths, *(np.ascontiguousarray(a) for a in arrays)
+
+    def _run(
+        self, x: Floats, scale: float, g: Floats = NO_FORCES, slots: Any = NO_SLOTS, data: Floats = NO_DATA
+    ) -> float:
+        at, q, T = self.chart.turned(x)
+        elements, l, arms, slopes, pulls = self._parts
+        return float(moving_rod_kernels.tendons(at, q, T, elements, l, arms, slopes, pulls, scale, g, slots, data))
+
+    def value(self, x: Floats) -> float:
+        """Potential, zero in the undeformed state, J."""
+        return self._run(x, 1.0) - float(self.tendons.tension @ self.tendons.at_rest)
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus its forces, N, and its moments about the nodes' own axes, N m."""
+        self._run(x, scale, g.reshape(-1, 6))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The tangent of the forces; `projected` is that of the tendons at rest."""
+        if projected:
+            self.tendons.add_hessian(self.chart.state(x), data, slots, scale, True)
+        else:
+            self._run(x, scale, NO_FORCES, slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """Far below that of the rod."""
+        return 0.0

@@ -1,0 +1,329 @@
+"""Elastic energies with pressures: unknowns of their own, or one of each cell that is eliminated.
+
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV. Its stationary point is the equilibrium, of least energy in u and
+of most in p: a saddle. 1/M = 0, the incompressible solid, is no special case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.elastic_energy import POINTS, Elastic, ElasticLaw
+from softmark.solvers.energies.energy import SLACK, Energy, Floats, Ints
+from softmark.solvers.energies.local_blocks import add_blocks
+
+
+class VolumeConstraint(Protocol):
+    """What measures a change of volume, over deformation gradients F (n, 3, 3): zero at rest."""
+
+    def value(self, F: Floats) -> Floats:
+        """g (n,), no unit."""
+
+    def gradient(self, F: Floats) -> Floats:
+        """dg/dF (n, 3, 3), no unit."""
+
+    def curvature(self, F: Floats, p: Floats) -> Floats:
+        """p d2g/dF2 (n, 3, 3, 3, 3), Pa, of pressures p (n,)."""
+
+
+@dataclass(frozen=True)
+class MixedSolid(Energy):
+    """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
+
+    `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape; with
+    `hoop` (m, q, a), 1/m, they are of a body of revolution, as in `Revolved`. The
+    state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
+    modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
+    (m, b) are their places in x, `Np` (q, b), or (m, q, b) of each cell, their shape functions, `compliance` is 1/M
+    in 1/Pa, one for all or of each
+    point (m, q). Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and
+    Fortin 2013, section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), not quite.
+    """
+
+    saddle = True
+    cellular = True
+
+    cells: Ints
+    dNdX: Floats
+    w: Floats
+    law: ElasticLaw
+    constraint: VolumeConstraint
+    compliance: Any
+    pressures: Ints
+    Np: Floats
+    nodes: int
+    shear: float
+    edge: float
+    conservative: bool = True
+    hoop: Floats | None = None
+
+    @property
+    def unit(self) -> float:
+        """Of pressures in the state, Pa/m."""
+        return self.shear / self.edge
+
+    @cached_property
+    def dofs(self) -> int:
+        """Unknowns in all."""
+        return int(self.pressures.max()) + 1
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three displacements of each node of a cell, and its pressures (m, 3 a + b)."""
+        return np.concatenate([self._shape.stencils, self.pressures], axis=1)
+
+    @cached_property
+    def _shape(self) -> Elastic:
+        return _solid(self.cells, self.dNdX, self.w, self.law, self.hoop)
+
+    def displacements(self, x: Floats) -> Floats:
+        """Those of a state (3 nodes,), m."""
+        return x[: 3 * self.nodes]
+
+    def F(self, x: Floats) -> Floats:
+        """Deformation gradients (m q, 3, 3)."""
+        return self._shape.F(self.displacements(x))
+
+    def pressure(self, x: Floats) -> Floats:
+        """At every integration point (m, q), Pa; positive in tension."""
+        p: Floats = self.unit * (self.Np @ x[self.pressures][:, :, None])[:, :, 0]
+        return p
+
+    def _weighed(self, values: Floats) -> Floats:
+        """int N_b of values (m, q) at the points, times volumes or none: (m, b)."""
+        found: Floats = (values[:, None] @ self.Np)[:, 0]
+        return found
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N: of strains, and of volumes."""
+        volumes = self.unit * float(np.linalg.norm(self.w.sum(axis=1))) * float(np.finfo(np.float64).eps)
+        u = self.displacements(x)
+        return self._shape.rounding(u) + volumes / self._shape.magnification(u)
+
+    def value(self, x: Floats) -> float:
+        """L(u, p), J; infinite outside the domain of the law."""
+        p, g = self.pressure(x), self._constraint(x)
+        shape = self._shape.value(self.displacements(x))
+        total = shape + float(np.sum(self.w * (p * g - 0.5 * self.compliance * p**2)))
+        return total if np.isfinite(total) else np.inf
+
+    def _constraint(self, x: Floats) -> Floats:
+        F, up = _magnified(self._shape, self.displacements(x))
+        return self.constraint.value(F).reshape(self.w.shape) / up
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal forces, N, and what the volume lacks, in N as well."""
+        u, p = self.displacements(x), self.pressure(x)
+        self._shape.add_gradient(u, g[: u.size], scale)
+        F = self.F(x)
+        self._shape.add_stresses(self.constraint.gradient(F) * p.reshape(-1, 1, 1), g[: u.size], scale)
+        lacking = self._constraint(x) - self.compliance * p
+        np.add.at(g, self.pressures, (scale * self.unit) * self._weighed(self.w * lacking))
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The saddle's matrix, N/m. Projected: the block of displacements is made definite, without its pressures."""
+        p, width = self.pressure(x), 3 * self.cells.shape[1]
+        F = self.F(x).reshape(*self.w.shape, 3, 3)
+        _add_stiffness(self._shape, self.constraint, F, p, slots[:, :width, :width], data, scale, projected)
+        self._add_coupling(x, data, slots, scale * self.unit, width)
+
+    def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
+        """int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / M."""
+        rows = self._shape.slope(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
+        B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
+        C = self.Np.swapaxes(-1, -2) @ ((self.w * self.compliance)[:, :, None] * self.Np)
+        add_blocks(scale * B, slots[:, :width, width:], data)
+        add_blocks(scale * B.transpose(0, 2, 1), slots[:, width:, :width], data)
+        add_blocks((-scale * self.unit) * C, slots[:, width:, width:], data)
+
+    @cached_property
+    def spare(self) -> Floats:
+        """What a compliance of SLACK / mu takes from the diagonal of the matrix (dofs,), N/m (see `saddle`)."""
+        spare = np.zeros(self.dofs)
+        np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * self._weighed(self.w))
+        return spare
+
+
+def _magnified(shape: Elastic, u: Floats) -> tuple[Floats, float]:
+    """Deformation gradients (m q, 3, 3) of displacements that are magnified if they are very small, and by how much."""
+    up = shape.magnification(u)
+    return shape.F(u if up == 1.0 else u * u.dtype.type(up)), up
+
+
+@dataclass(frozen=True)
+class MeanDilatation(Energy):
+    """int psi_shape(F) dV + sum over cells of V M/2 (mean of g)^2: one pressure in each cell, M times the mean of g.
+
+    With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
+    procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
+    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one for all or of each cell (m,): where it
+    varies within cells the harmonic mean, V / int 1/M dV, which is what a pressure of each cell makes of it. `expected`
+    (m,) are pressures in Pa that the tangent takes in place of M times the mean, as `solvers.mixed` explains. With
+    `hoop` (m, q, a), 1/m, it is of a body of revolution, as in `Revolved`: the mean is that over whole rings.
+    """
+
+    cellular = True
+
+    cells: Ints
+    dNdX: Floats
+    w: Floats
+    law: ElasticLaw
+    constraint: VolumeConstraint
+    bulk: Any
+    expected: Floats | None = None
+    conservative: bool = True
+    hoop: Floats | None = None
+
+    @cached_property
+    def _shape(self) -> Elastic:
+        return _solid(self.cells, self.dNdX, self.w, self.law, self.hoop)
+
+    @property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom per node of each cell (m, 3 a)."""
+        return self._shape.stencils
+
+    def F(self, x: Floats) -> Floats:
+        """Deformation gradients (m q, 3, 3)."""
+        return self._shape.F(x)
+
+    @cached_property
+    def _noise(self) -> float:
+        share = np.zeros(int(self.cells.max()) + 1)
+        each = np.einsum("mq,mqa->ma", self.w, np.linalg.norm(self.dNdX, axis=3))
+        np.add.at(share, self.cells, each * np.reshape(self.bulk, (-1, 1)))
+        return float(np.finfo(np.float64).eps * 3.0 * np.linalg.norm(share))
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return self._shape.rounding(x) + self._noise / self._shape.magnification(x)
+
+    @cached_property
+    def _volumes(self) -> Floats:
+        V: Floats = self.w.sum(axis=1)
+        return V
+
+    def expecting(self, x: Floats, d: Floats) -> MeanDilatation:
+        """The same energy with the pressures that a step d from x promises: M (g + dg/du . d)."""
+        F = self.F(x)
+        H = (self.F(d) - np.eye(3)).reshape(*self.w.shape, 3, 3)
+        G = self.constraint.gradient(F).reshape(H.shape)
+        grown = np.einsum("mq,mqiJ,mqiJ->m", self.w, G, H, optimize=True) / self._volumes
+        return replace(self, expected=self.bulk * (self._means(F) + grown))
+
+    def under(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
+        """The same energy with the pressures of another measure of volume in x."""
+        return replace(self, expected=self.bulk * replace(self, constraint=constraint)._means(self.F(x)))
+
+    def slack(self) -> MeanDilatation:
+        """The same energy with no pressures in its tangent."""
+        return replace(self, expected=np.zeros(len(self.w)))
+
+    def _means(self, F: Floats) -> Floats:
+        """Mean of g over each cell (m,)."""
+        means: Floats = (self.w * self.constraint.value(F).reshape(self.w.shape)).sum(axis=1) / self._volumes
+        return means
+
+    def value(self, x: Floats) -> float:
+        """Strain energy, J."""
+        F, up = _magnified(self._shape, x)
+        g = self._means(F) / up
+        total = self._shape.value(x) + 0.5 * float((self.bulk * self._volumes) @ g**2)
+        return total if np.isfinite(total) else np.inf
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Nodal elastic forces, N."""
+        self._shape.add_gradient(x, g, scale)
+        F, up = _magnified(self._shape, x)
+        p = self.bulk * self._means(F) / up
+        stress = self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3) * p[:, None, None, None]
+        self._shape.add_stresses(stress, g, scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Tangent stiffness, N/m. Projected: that of the shape made definite, and the mean without its curvature."""
+        F = self.F(x).reshape(*self.w.shape, 3, 3)
+        each = self.expected
+        if each is None:
+            each = self.bulk * self._means(F.reshape(-1, 3, 3))
+        p: Floats = np.repeat(each, self.w.shape[1]).reshape(self.w.shape)
+        _add_stiffness(self._shape, self.constraint, F, p, slots, data, scale, projected)
+        stiff = scale * self.bulk / self._volumes
+        for some in _thousands(len(self.w)):
+            b = self._grown(F[some], some)
+            block = stiff[some][:, None, None] * b[:, :, None] * b[:, None, :]
+            add_blocks(block, slots[some], data)
+
+    def _grown(self, F: Floats, some: slice) -> Floats:
+        """int dg/du of each cell (c, 3a), m^2."""
+        G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
+        b: Floats = (self.w[some][:, None] @ self._shape.slope(G, some))[:, 0]
+        return b
+
+
+def _solid(cells: Ints, dNdX: Floats, w: Floats, law: ElasticLaw, hoop: Floats | None) -> Elastic:
+    """A law over cells; with `hoop`, of a body of revolution."""
+    if hoop is None:
+        return Elastic(cells, dNdX, w, law)
+    from softmark.solvers.energies.axisymmetric import Revolved
+
+    return Revolved(cells, dNdX, w, law, hoop=hoop)
+
+
+def _add_stiffness(
+    shape: Elastic, constraint: VolumeConstraint, F: Floats, p: Floats,
+    slots: Ints, data: Floats, scale: float, projected: bool,
+) -> None:  # fmt: skip
+    """The tangent of a shape's law at F (m, q, 3, 3) and of pressures p (m, q), N/m; projected: of the law alone."""
+    tangent = "dPdF_projected" if projected else "dPdF"
+    for some in shape._some():
+        flat = F[some].reshape(-1, 3, 3)
+        A = getattr(shape.law_of(some), tangent)(flat)
+        if not projected:
+            A = A + constraint.curvature(flat, p[some].ravel())
+        shape.add_moduli(A, some, data, slots[some], scale)
+
+
+@dataclass(frozen=True)
+class DisplacementEnergy(Energy):
+    """An energy of displacements alone (`dofs` of them), where the state has other unknowns behind them."""
+
+    energy: Energy
+    dofs: int
+
+    @property
+    def conservative(self) -> bool:
+        """As the energy is."""
+        return self.energy.conservative
+
+    @property
+    def stencils(self) -> Ints:
+        """Those of the energy."""
+        return self.energy.stencils
+
+    def value(self, x: Floats) -> float:
+        """Energy, J."""
+        return self.energy.value(x[: self.dofs])
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Forces, N; none on the others."""
+        self.energy.add_gradient(x[: self.dofs], g[: self.dofs], scale)
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """Tangent, N/m."""
+        self.energy.add_hessian(x[: self.dofs], data, slots, scale, projected)
+
+    def rounding(self, x: Floats) -> float:
+        """Norm of what rounding leaves in the gradient, N."""
+        return self.energy.rounding(x[: self.dofs])
+
+
+def _thousands(cells: int) -> Iterator[slice]:
+    """Cells whose blocks fit in memory without a thought."""
+    each = 4 * POINTS
+    return (slice(at, min(at + each, cells)) for at in range(0, cells, each))

@@ -1,0 +1,59 @@
+"""A spring that keeps a body to a place until what it touches holds it, and then bears nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.local_blocks import add_blocks
+
+
+@dataclass(frozen=True)
+class Ground(Energy):
+    """E = k/2 sum_i w_i |u_i - a_i|^2 over nodes with `shares` w (n,) of the body, which add up to 1; k in N/m.
+
+    `place` a (dofs,), m, is where it keeps them. An equilibrium in which a is what u comes to is one without it: the
+    proximal point method (Martinet 1970; Rockafellar 1976) moves a there.
+    """
+
+    grounded = True
+
+    shares: Floats
+    spring: float
+    place: Floats
+    conservative: bool = True
+
+    @cached_property
+    def stencils(self) -> Ints:
+        """Three degrees of freedom of each node (n, 3)."""
+        return np.arange(3 * len(self.shares)).reshape(-1, 3)
+
+    @property
+    def gone(self) -> Ground:
+        """One that bears nothing wherever it is."""
+        return replace(self, spring=0.0)
+
+    def forces(self, x: Floats) -> Floats:
+        """What it takes to keep the spring as it is (n, 3), N."""
+        found: Floats = self.spring * self.shares[:, None] * (x - self.place)[self.stencils]
+        return found
+
+    def value(self, x: Floats) -> float:
+        """What it stores, J."""
+        return 0.5 * float(np.vdot((x - self.place)[self.stencils], self.forces(x)))
+
+    def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
+        """Minus what it does to the nodes, N."""
+        g[: self.stencils.size] += scale * self.forces(x).ravel()
+
+    def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
+        """The same in every state."""
+        add_blocks(scale * self.spring * self.shares[:, None, None] * np.eye(3), slots, data)
+
+    def rounding(self, x: Floats) -> float:
+        """What the last digits of displacements leave, N."""
+        return float(np.finfo(np.float64).eps * np.linalg.norm(self.spring * self.shares)) * float(np.abs(x).max())

@@ -1,0 +1,116 @@
+"""What the elements of a rod remember of their past: forces and moments that relax, each mode by terms of its own.
+
+As of solids (viscoelastic_memory.py), with the six strains of an element in place of those of a point: over a step the
+part of term i goes from H to exp(-h/tau) H + g f(h/tau) C (eps - eps_n), exact where strains grow in proportion to
+time. What
+its springs store and what is dissipated is exact, for forces are linear in strains.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic
+from softmark.solvers.energies.rod_section import VaryingStiffness
+from softmark.solvers.energies.viscoelastic_memory import Fades, fading
+
+if TYPE_CHECKING:
+    from softmark.solvers.energies.incremental_rotation.moving_rods import TurningRod
+
+
+@dataclass(frozen=True, eq=False)
+class RodMemory(Fades):
+    """What the elements of a rod remember: `energy` is elastic, or that over the unknowns of a chart.
+
+    Shares `g` (k, 6) of each mode relax in `tau` (k,), s. Of the end of the last step: strains E (n, 6), forces and
+    moments of the terms H (k, n, 6) and all in all N (n, 6); `worked` is the work of all of them, and `lost` what is
+    dissipated, J.
+    """
+
+    energy: RodElastic | TurningRod
+    g: Floats
+    tau: Floats
+    E: Floats
+    H: Floats
+    N: Floats
+    worked: float = 0.0
+    lost: float = 0.0
+
+    @classmethod
+    def at_rest(cls, energy: RodElastic | TurningRod, g: Floats, tau: Floats) -> RodMemory:
+        """That of what has always been at rest."""
+        none = np.zeros((len(_rod(energy).elements), 6))
+        return cls(energy, g, tau, none, np.zeros((len(tau), *none.shape)), none)
+
+    def over(self, h: float) -> Energy:
+        """The energy of a step of h s from here: of its end."""
+        held, stiffness = self._held(h)
+        other = _rod(self.energy).stiffened(VaryingStiffness(stiffness), held / stiffness)
+        energy: Any = self.energy
+        return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
+
+    def _held(self, h: float) -> tuple[Floats, Floats]:
+        """Forces that the past has left, and stiffnesses, at the end of a step of h s (n, 6)."""
+        C = self._C
+        decay, mean, _ = fading(h, self.tau)
+        grown = self.g * mean[:, None]
+        held: Floats = np.einsum("k,knc->nc", decay, self.H) - grown.sum(axis=0) * C * self.E
+        return held, C * (1.0 - self.g.sum(axis=0) + grown.sum(axis=0))
+
+    def accepted(self, x: Floats, h: float) -> RodMemory:
+        """The memory after a step of h s that ends in the state x."""
+        E, C, (decay, mean, _) = self._strains(x), self._C, fading(h, self.tau)
+        way = E - self.E
+        H = decay[:, None, None] * self.H + (self.g * mean[:, None])[:, None] * (C * way)
+        N = (1.0 - self.g.sum(axis=0)) * C * E + H.sum(axis=0)
+        worked = self.worked + float(self._l @ (0.5 * (self.N + N) * way).sum(axis=1))
+        return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._loss(way, h))
+
+    def _loss(self, way: Floats, h: float) -> float:
+        """int sum H^2 / (g C tau) dt over a step, J, never negative: exact, H = A exp(-s/tau) + B."""
+        if h <= 0.0:
+            return 0.0
+        total, C = np.zeros(way.shape), self._C
+        for g, tau, left, H in zip(self.g, self.tau, fading(h, self.tau)[2], self.H, strict=True):
+            z, some = h / tau, g > 0.0
+            B = g * tau * C * way / h
+            a, half = -0.5 * tau * np.expm1(-2.0 * z), np.tanh(0.5 * z)
+            square = a * (H + half * B) ** 2 + tau * left * B**2
+            total += np.where(some, square / (np.where(some, g, 1.0) * C * tau), 0.0)
+        return float(self._l @ total.sum(axis=1))
+
+    @property
+    def stored(self) -> float:
+        """What the springs of the terms store less what the rod at once has in their place, J."""
+        some, C = self.g > 0.0, self._C
+        own = (np.where(some[:, None], self.H**2, 0.0) / (np.where(some, self.g, 1.0)[:, None] * C)).sum(axis=0)
+        return 0.5 * float(self._l @ (own - self.g.sum(axis=0) * C * self.E**2).sum(axis=1))
+
+    @property
+    def dissipated(self) -> float:
+        """Since the start, J."""
+        return self.lost
+
+    def _strains(self, x: Floats) -> Floats:
+        energy: Any = self.energy
+        return _rod(energy).strains(x if isinstance(energy, RodElastic) else energy.chart.state(x))
+
+    @property
+    def _C(self) -> Floats:
+        """Of each element (n, 6)."""
+        rod = _rod(self.energy)
+        return np.broadcast_to(rod.stiffness.diagonal, (len(rod.elements), 6))
+
+    @property
+    def _l(self) -> Floats:
+        return _rod(self.energy).lengths
+
+
+def _rod(energy: Any) -> RodElastic:
+    found: RodElastic = energy if isinstance(energy, RodElastic) else energy.elastic
+    return found

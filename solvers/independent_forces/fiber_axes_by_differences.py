@@ -1,0 +1,88 @@
+"""Stress of materials that know directions, by differences of their energy density in axes that are found again.
+
+Directions are those of the check's own rules; muscle's tension is S = T f (x) f, and its shortening is carried out by
+eigenvalues.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.independent_forces.mixed_formulation_forces import Split, at_points
+from softmark.solvers.independent_forces.solid_forces import (
+    CheckedBody,
+    Floats,
+    Ints,
+    Stress,
+    StressTerm,
+    cofactor,
+    shape,
+)
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, Scalar, with_error
+from softmark.solvers.materials.material_axes import Frame
+
+Axes = Callable[[Floats], Floats]  # of points (n, 3), m: rows f, s and f x s (n, 3, 3)
+EYE = np.eye(3)
+
+
+def energy_of(material: Any, axes: Floats, bulk: float | None) -> Scalar:
+    """psi of F (n, 3, 3), Pa, with the axes of a material (n, 3, 3) or (1, 3, 3), rows f, s and n, and K in Pa."""
+    f, s = (axes[:, i] for i in (0, 1))
+    columns = (*f.T, *s.T) if len(axes) > 1 else (*map(float, f[0]), *map(float, s[0]))
+    new: dict[str, Any] = {"fibres": Frame(*columns), "bulk": bulk or None}
+    if "sheets" in vars(material):
+        new["sheets"] = None
+    psi: Scalar = at_points(replace(material, **new)).psi
+    return psi
+
+
+def pull_of(tension: Floats, f: Floats) -> Stress:
+    """What muscle of tensions (n,) adds to P of F (n, 3, 3), along fibres f (n, 3), of any length: F T f (x) f."""
+    unit = f / np.linalg.norm(f, axis=1, keepdims=True)
+    S = tension[:, None, None] * unit[:, :, None] * unit[:, None, :]
+    return lambda F: F @ S
+
+
+def shortened(psi: Scalar, s: Floats, f: Floats) -> Scalar:
+    """Return the energy density of muscle, Pa, as a function of F (n, 3, 3), with active shortening along fibres.
+
+    `f` (n, 3) are fibre directions, of any length, and `s` (n,) the shares by which fibres are shorter at rest. The
+    energy is psi(F Fa^-1): the active stretch Fa keeps the volume, and is found by its eigenvalues.
+    """
+    f = f / np.linalg.norm(f, axis=1, keepdims=True)
+    dyads = f[:, :, None] * f[:, None, :]
+    each = np.log1p(-s)[:, None, None] * (1.5 * dyads - 0.5 * EYE)  # without a trace: it keeps the volume
+    values, vectors = np.linalg.eigh(each)
+    back = (vectors * np.exp(-values)[:, None, :]) @ vectors.swapaxes(1, 2)
+    return lambda F: psi(F @ back)
+
+
+def split_of(material: Any, axes: Floats) -> Split:
+    """What a pressure takes of K (J - 1)^2 / 2: all but a third of the shear modulus, or half of it."""
+    third, K = material.shear_modulus / 3.0, material.bulk
+    kept = third if K is None else min(third, 0.5 * K)
+    compliance = 0.0 if K is None else 1.0 / (K - kept)
+
+    def swelling(F: Floats) -> Floats:
+        return cofactor(F)[1] - 1.0
+
+    stress = EnergyStress(energy_of(material, axes, kept))
+    return Split(stress, swelling, lambda F: cofactor(F)[0], swelling, compliance)
+
+
+@dataclass(frozen=True)
+class DirectedBody(CheckedBody):
+    """A body whose material knows directions: `at` tells its stress at points (n, 3), m."""
+
+    at: Callable[[Floats], Stress] | None = None
+
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
+        if self.at is None:
+            raise TypeError("a material without its directions")
+        X = (shape(self.kind, self._rule(at)[0]) @ self.points[cells]).reshape(-1, 3)
+        return with_error(self.at(X), F)

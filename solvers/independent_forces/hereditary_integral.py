@@ -1,0 +1,173 @@
+"""What a past has left of stress, by the integral that defines it: from how the nodes have moved, and no recursion.
+
+The stress that relaxes is int G(t - s) dS/ds ds with G = sum_i g_i exp(-(t - s) / tau_i). Between two times at which
+the state is known S goes along a straight line, over which G is integrated exactly; every step is weighed by how long
+ago it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, Split
+from softmark.solvers.independent_forces.solid_forces import (
+    CheckedBody,
+    Floats,
+    Ints,
+    Stress,
+    StressTerm,
+    gradients,
+    polar,
+    rule,
+    shape,
+)
+from softmark.solvers.independent_forces.stress_by_differences import with_error
+
+Measure = Literal["small", "turned", "green", "shape"]
+
+
+def weights(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
+    """What is left at the last of some times, s, of each step's change of stress (t,): its share that relaxes times
+    what the series, shares (k,) and times of relaxation (k,), s, has made of it."""
+    t = np.array(times)
+    begin = np.concatenate([[0.0], t[:-1]])
+    found = np.zeros(len(t))
+    for g, tau in zip(shares, taus, strict=True):
+        width = (t - begin) / tau
+        mean = np.where(width > 0.0, -np.expm1(-width) / np.where(width > 0.0, width, 1.0), 1.0)
+        found += g * np.exp(-(t[-1] - t) / tau) * mean
+    return found
+
+
+def of_young(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floats]:
+    """The series of Young's modulus where the shear modulus has one, and the bulk modulus none: shares, times, s.
+
+    By polynomials: of E / G0 = 9 k G / (3 k + G), k = K / G0, poles and what each has.
+    """
+    k = 2.0 * (1.0 + poisson) / (3.0 * (1.0 - 2.0 * poisson))
+    D = np.poly(-1.0 / taus)  # of the product of s + 1/tau
+    N = D - sum(g / t * np.pad(np.atleast_1d(np.poly(-np.delete(1.0 / taus, i))), (1, 0))
+                for i, (g, t) in enumerate(zip(shares, taus, strict=True)))  # fmt: skip
+    bottom = 3.0 * k * D + N
+    poles = np.roots(bottom).real
+    each = np.polyval(9.0 * k * N, poles) / np.polyval(np.polyder(bottom), poles)
+    late: Any = -1.0 / poles
+    found: Floats = -each * late / (9.0 * k / (3.0 * k + 1.0))
+    return found, late
+
+
+@dataclass(frozen=True)
+class Course:
+    """Nodes that were at displacements `states` (t, n, 3), m, at `times` (t,), s, and the stress that relaxes since.
+
+    `part` is its law, `g` (k,) and `tau` (k,), s, its series; `measure` is that of strain: small, turned (U - 1),
+    green, or shape, which is Green's of J^(-1/3) F.
+    """
+
+    times: Sequence[float]
+    states: Sequence[Floats]
+    part: Stress
+    g: Floats
+    tau: Floats
+    measure: Measure
+    depth: float = 0.0
+
+    def held(self, points: Floats, cells: Ints, kind: str, centre: bool = False) -> Floats:
+        """What that comes to at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff stress."""
+        xi, _ = rule(kind, centre)
+        dNdX, _ = gradients(points, cells, kind, xi)
+        steps, N = weights(self.times, self.g, self.tau), shape(kind, xi)
+        found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
+        for weight, u in zip(steps, self.states, strict=True):
+            F = np.einsum("mai,mqaJ->mqiJ", u[cells] - u[cells[:, :1]], dNdX) + np.eye(3)
+            if self.depth:
+                F[..., 2, 2] = 1.0 + (u[cells][:, :, 0] @ N.T) / (points[cells][:, :, 0] @ N.T)
+            S = self.second(F.reshape(-1, 3, 3))
+            found, before = found + weight * (S - before), S
+        return found
+
+    def second(self, F: Floats) -> Floats:
+        """The stress that relaxes, of the measure (n, 3, 3), Pa."""
+        P = self.part(F)
+        if self.measure == "small":
+            return P
+        if self.measure == "turned":
+            S = np.einsum("nki,nkj->nij", polar(F), P)
+            even: Floats = 0.5 * (S + S.transpose(0, 2, 1))
+            return even
+        size = np.linalg.det(F)[:, None, None] ** (2.0 / 3.0) if self.measure == "shape" else 1.0
+        found: Floats = size * (np.linalg.inv(F) @ P)
+        return found
+
+    def relaxed(self, whole: Stress, F: Floats, held: Floats) -> tuple[Floats, Any]:
+        """Return P (n, 3, 3), Pa, of a law whose viscous part has relaxed, and the error of its entries, Pa."""
+        (P, error), (part, more), g = with_error(whole, F), with_error(self.part, F), float(self.g.sum())
+        found: Floats = P - g * part + self.pulled(F, held)
+        return found, error + g * more
+
+    def pulled(self, F: Floats, held: Floats) -> Floats:
+        """Return the P (n, 3, 3), Pa, of a stored stress `held`."""
+        if self.measure == "small":
+            return held
+        if self.measure == "turned":
+            return 2.0 * F @ _halved(np.einsum("nki,nkj->nij", polar(F), F), held)
+        tau = F @ held @ F.transpose(0, 2, 1)  # Kirchhoff's
+        if self.measure == "shape":
+            tau = tau - np.trace(tau, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+            tau = tau * np.linalg.det(F)[:, None, None] ** (-2.0 / 3.0)
+        found: Floats = tau @ np.linalg.inv(F).transpose(0, 2, 1)
+        return found
+
+
+def _halved(U: Floats, H: Floats) -> Floats:
+    """X of U X + X U = H (n, 3, 3), by nine equations."""
+    one = np.eye(3)
+    K = np.einsum("nij,kl->nikjl", U, one) + np.einsum("ij,nkl->nikjl", one, U)
+    found: Floats = np.linalg.solve(K.reshape(-1, 9, 9), H.reshape(-1, 9, 1)).reshape(-1, 3, 3)
+    return found
+
+
+@dataclass(frozen=True)
+class RememberingBody(CheckedBody):
+    """A deformed mesh that remembers how it came there."""
+
+    course: Course = field(kw_only=True)
+
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
+        """P of the points of some cells (n, 3, 3), and the error of its entries, Pa."""
+        return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.centre))
+
+
+@dataclass(frozen=True)
+class RememberingPressed(Pressed):
+    """The same with pressures: stress of shape relaxes."""
+
+    course: Course = field(kw_only=True)
+
+    def _split(self, some: slice) -> Split:
+        """With the stress of shape that is left."""
+        course, whole = self.course, self.split.shape
+        held = course.held(self.points, self.cells[some], self.kind)
+        return replace(self.split, shape=Relaxed(course, whole, held))
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """The stress of a `whole` law at points where a past has left `held` (n, 3, 3), Pa."""
+
+    course: Course
+    whole: Stress
+    held: Floats
+
+    def __call__(self, F: Floats) -> Floats:
+        """P (n, 3, 3), Pa."""
+        return self.with_error(F)[0]
+
+    def with_error(self, F: Floats) -> tuple[Floats, Any]:
+        """P (n, 3, 3) and the error of its entries, Pa."""
+        return self.course.relaxed(self.whole, F, self.held)

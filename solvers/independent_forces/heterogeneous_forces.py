@@ -1,0 +1,153 @@
+"""Forces of a solid whose constants vary in space, found once more: by the constants at every point of the check.
+
+Where a cell has one point, because its gradients are the same all over it, or where a part of the stress is taken at
+its centre, the two moduli are means over the cell, by the rule of the next finer element, or by that of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, Split, at_points, split_of
+from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, Ints, Stress, StressTerm
+from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, FreeFaces, Scalar, with_error
+from softmark.solvers.materials.heterogeneous import with_constants
+
+Constants = Callable[[Floats], tuple[Floats, Floats]]  # of points (n, 3), m: Young's modulus, Pa, and Poisson's ratio
+Moduli = Callable[[Floats, Floats], Stress]  # of mu and lam (n,), Pa: what makes stress of F (n, 3, 3)
+
+
+@dataclass(frozen=True)
+class VaryingTerm(StressTerm):
+    """A part of the stress whose moduli vary."""
+
+    of: Moduli | None = None
+
+
+@dataclass(frozen=True)
+class VaryingBody(CheckedBody):
+    """The same of a body with `constants` of each point."""
+
+    constants: Constants | None = None
+
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
+        if not isinstance(term, VaryingTerm) or term.of is None or self.constants is None:
+            return super()._stress(cells, term, F, at)
+        tetrahedra = len(solid_forces.places(self.kind)) == 4
+        kind = "tet10" if tetrahedra else self.kind
+        xi, w = solid_forces.rule(kind) if self.rules is None else (self.rules[0][at], self.rules[1][at])
+        X = points_in(self.points, cells, self.kind, xi)
+        E, nu = self.constants(X.reshape(-1, 3))
+        mu, lam = (m.reshape(len(cells), -1) for m in moduli(E, nu))
+        if term.centre or tetrahedra:
+            w = w if tetrahedra else w * solid_forces.gradients(self.points, cells, kind, xi)[1]
+            w = w * X[..., 0] if self.depth else w  # of whole rings
+            share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
+            mu, lam = (mu * share).sum(axis=1), (lam * share).sum(axis=1)
+        return with_error(term.of(mu.ravel(), lam.ravel()), F)
+
+
+@dataclass(frozen=True)
+class VaryingPressed(Pressed):
+    """The same of a solid with pressures: `apart` takes the law apart at each of some points (n, 3), m."""
+
+    apart: Callable[[Floats], Split] | None = None
+
+    def _split(self, some: slice) -> Split:
+        if self.apart is None:
+            return self.split
+        X = points_in(self.points, self.cells[some], self.kind, self._rule(some)[0])
+        return self.apart(X.reshape(-1, 3))
+
+
+def points_in(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
+    """Return the positions (m, q, 3), m, of local points xi: (q, 3) for all cells, or (m, q, 3) for each."""
+    found: Floats = solid_forces.shape(kind, xi) @ points[cells]
+    return found
+
+
+def moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
+    """mu and lam, Pa."""
+    return E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+
+
+def terms(material: Any, strain: str, selective: bool) -> tuple[VaryingTerm, ...] | None:
+    """The parts of the stress of a law; None where it has none of finite strain, or does not come apart."""
+    law: Moduli | None = {"small": solid_forces.small_stress, "corotational": solid_forces.corotational_stress}.get(
+        strain
+    )
+    if law is None:
+        return _finite(material, selective)
+    if not selective:
+        return (_term(law),)
+    known = law
+    return _term(lambda mu, lam: known(mu, 0.0 * lam)), _term(lambda mu, lam: known(0.0 * mu, lam), centre=True)
+
+
+def _term(of: Moduli, centre: bool = False) -> VaryingTerm:
+    def none(F: Floats) -> Floats:
+        raise ValueError("the stress of a law whose constants vary, without them")
+
+    return VaryingTerm(none, centre, of)
+
+
+def _finite(material: Any, selective: bool) -> tuple[VaryingTerm, ...] | None:
+    """Return stress terms of finite strain by differences of the energy, as shear and the rest if `selective`."""
+    of = material.of if material.thin else material  # of a plate: the solid that it is made of
+    if of.finite_law() is None or (selective and of.finite_parts() is None):
+        return None
+
+    def whole(mu: Floats, lam: Floats) -> Scalar:
+        psi: Scalar = at_points(_with_moduli(of, mu, lam).finite_law()).psi
+        return psi
+
+    def shear(mu: Floats, lam: Floats) -> Scalar:
+        psi: Scalar = at_points(_with_moduli(of, mu, lam).finite_parts()[0]).psi
+        return psi
+
+    def rest(mu: Floats, lam: Floats) -> Scalar:
+        of_all, of_shear = whole(mu, lam), shear(mu, lam)
+        return lambda F: of_all(F) - of_shear(F)
+
+    if not selective:
+        return (_term(lambda mu, lam: EnergyStress(whole(mu, lam))),)
+    return (
+        _term(lambda mu, lam: EnergyStress(shear(mu, lam))),
+        _term(lambda mu, lam: EnergyStress(rest(mu, lam)), centre=True),
+    )
+
+
+def _with_moduli(material: Any, mu: Floats, lam: Floats) -> Any:
+    """A material with two moduli (n,), Pa, of each point."""
+    return with_constants_of(material, mu * (3.0 * lam + 2.0 * mu) / (lam + mu), 0.5 * lam / (lam + mu))
+
+
+def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
+    """A material with the constants (n,) of each point; itself, where these cannot vary."""
+    if not {"young", "poisson"} <= {*material.varying}:
+        return material
+    return with_constants(material, {"young": young, "poisson": poisson})
+
+
+def relaxed(term: VaryingTerm) -> VaryingTerm:
+    """The same in a plate whose faces are free."""
+    of = term.of
+    return VaryingTerm(term.stress, term.centre, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
+
+
+def pressed(material: Any, strain: str, constants: Constants) -> Callable[[Floats], Split]:
+    """What takes a law, which comes apart, at points (n, 3), m."""
+
+    def apart(X: Floats) -> Split:
+        E, nu = constants(X)
+        split = split_of(with_constants_of(material, E, nu), strain, E, nu)
+        if split is None:
+            raise ValueError("this law does not come apart")
+        return split
+
+    return apart

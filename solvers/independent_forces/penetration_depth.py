@@ -1,0 +1,57 @@
+"""How deep a surface cuts into a rigid body between its nodes: its facets are halved until nothing deeper can be left.
+
+Distances are 1-Lipschitz, so that a triangle with a gap g in its middle has none below g - r, r its farthest corner. To
+a convex body they are convex as well: none is below g - 2 (h - g), h the largest at a corner, and beside the body none
+below that of the plane that touches g in the middle. Of bent facets this holds but for their bulge, which is taken
+twice. What all of this does not exclude is looked at again in four parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.independent_forces.rigid_contact_forces import Distance
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+LEVELS = 9  # times that triangles are cut in four
+COARSE = 3  # the same beside what is not convex, of which less is known
+FINE = 1e-3  # of the depth: what is not to be found more exactly
+QUARTERS = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])  # of corners and the middles of sides 01, 12, 20
+
+
+def deepest(
+    look: Distance, X: Floats, shapes: Callable[[Floats], Floats], triangles: Floats, convex: bool
+) -> tuple[float, Floats]:
+    """The least gap, m, of facets with nodes X (f, a, 3), m, and where that is (3,), m: no more than 0 counts.
+
+    `shapes` are the shape functions at local points (q, 2) of a facet (q, a), which `triangles` (t, 3, 2) make up.
+    """
+    facet = np.repeat(np.arange(len(X)), len(triangles))
+    xi = np.tile(triangles, (len(X), 1, 1))
+    best, place = 0.0, np.full(3, np.nan)
+    for _ in range(LEVELS if convex else COARSE):
+        if not len(xi):
+            break
+        four = np.concatenate([xi, xi.mean(axis=1, keepdims=True)], axis=1)
+        N = shapes(four.reshape(-1, 2)).reshape(len(xi), 4, -1)
+        x = np.einsum("tqa,tai->tqi", N, X[facet])
+        g, n = (found.reshape(len(xi), 4, -1) for found in look(x.reshape(-1, 3)))
+        least = np.unravel_index(np.argmin(g[..., 0]), g.shape[:2])
+        if g[least][0] < best:
+            best, place = float(g[least][0]), x[least]
+        way, middle = x[:, :3] - x[:, 3:], g[:, 3, 0]
+        reach = np.linalg.norm(way, axis=2).max(axis=1)
+        bulge = np.linalg.norm(way.mean(axis=1), axis=1)
+        if convex:
+            reach = np.minimum(reach, 2.0 * (g[:, :3, 0].max(axis=1) - middle))
+            plane = -np.einsum("tki,ti->tk", way, n[:, 3]).min(axis=1)
+            reach = np.where(middle > 0.0, np.minimum(reach, plane), reach)
+        open_ = middle - reach - 2.0 * bulge < (1.0 + FINE) * best
+        xi, facet = xi[open_], np.repeat(facet[open_], len(QUARTERS))
+        six = np.concatenate([xi, 0.5 * (xi + np.roll(xi, -1, axis=1))], axis=1)
+        xi = six[:, QUARTERS].reshape(-1, 3, 2)
+    return best, place

@@ -1,0 +1,51 @@
+"""Whether a body is in the matter of another that has deformed around it, seen from the surface of that alone.
+
+In space by the solid angle that the closed surface fills in the sight of a point; in its plane by how often the outline
+of a section winds around one, which is the sum over the triangles that make it up. What a point lies on is not seen
+from there: on a plane of symmetry, or on the axis that a section is turned around, half is left of all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.independent_forces.rigid_contact_forces import LEAST, Distance, Floats, solid_angle
+
+SURROUNDED = 1.0  # of 4 pi, or of 2 pi in the plane; 0 from outside: pi / 2 from a corner between mirrors
+ON = 1e-9  # sine of the angle above a triangle or a side: a point that low is on it
+EACH_WAY = 5  # places on a surface are those nearest to so many points along each coordinate
+AROUND = 0.1  # of the extent: these lie in a box that is so much larger on every side
+ROUNDS = 8  # of projection: beside what the plane cuts aslant, the nearest place is not in the plane
+CLOSE = 1e-3  # of the extent: what is left farther from the surface is not on it
+
+
+def in_space(x: Floats, X: Floats) -> bool:
+    """Whether a point (3,), m, is within a closed surface of triangles (t, 3, 3), or on it."""
+    return bool(abs(solid_angle(x[None], X, ON)[0]) > SURROUNDED)
+
+
+def in_plane(p: Floats, X: Floats) -> bool:
+    """Whether a point (2,), m, is within a region that triangles (t, 3, 2) of one orientation make up, or on its edge.
+
+    Sides between two triangles are gone along to and fro, and those of the outline are left.
+    """
+    z = (X - p) @ np.array([1.0, 1.0j])
+    ways = np.roll(z, -1, axis=1) * z.conj()
+    seen = np.abs(ways.imag) > ON * np.maximum(np.abs(ways), LEAST)
+    return bool(abs(float(np.where(seen, np.angle(ways), 0.0).sum())) > SURROUNDED)
+
+
+def skin(look: Distance, low: Floats, high: Floats, plane: bool) -> Floats:
+    """Places (k, 3), m, on the surface of a rigid body between corners, m: in the `plane` z = 0, on its section there.
+
+    Those nearest to points around it and in its hollows, for outside of it distances are exact.
+    """
+    size = float(np.linalg.norm(high - low))
+    each = [np.linspace(a - AROUND * size, b + AROUND * size, EACH_WAY) for a, b in zip(low, high, strict=True)]
+    across = np.array([1.0, 1.0, 0.0 if plane else 1.0])
+    x = np.unique(np.stack(np.meshgrid(*each), axis=-1).reshape(-1, 3) * across, axis=0)
+    x = x[look(x)[0] > 0.0]
+    for _ in range(ROUNDS if plane else 1):
+        g, n = look(x)
+        x = x - g[:, None] * n * across
+    return x[np.abs(look(x)[0]) < CLOSE * size]

@@ -1,0 +1,122 @@
+"""The fluid in a porous solid, found once more in the deformed body: what it pushes, what pores hold, how it flows.
+
+What solves pulls everything back to the undeformed mesh; here gradients and volumes are those of the mesh as it lies
+now, with Darcy's law in its own form, v = -k grad_x p, and the change of volume is a difference of two. Pressures are
+linear between the corners of cells. A step is that of SDIRK2 (Alexander 1977): a first stage of 1 - sqrt(1/2) of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements import CELLS
+from softmark.solvers.independent_forces import solid_forces
+from softmark.solvers.independent_forces.solid_forces import EPS, Floats, Ints
+
+FIRST = 1.0 - 2.0**-0.5  # of a step, its first stage
+SURE = 1e-6  # of a step: how well its first stage must be where it is taken to be
+
+
+@dataclass(frozen=True)
+class Soaked:
+    """A mesh full of fluid: `points` (n, 3), m, `cells` (m, a), and pressures `p` (m, c) of their corners, Pa.
+
+    These are positive in compression. `permeable` gives k of volumes J (...), m^4/(N s). `small`: strain is linear in
+    the displacements, and nothing is looked at where it lies now, so that k is that at rest. With a `depth`, m, it is
+    a slice of that thickness through a body of revolution.
+    """
+
+    points: Floats
+    cells: Ints
+    kind: str
+    p: Floats
+    permeable: Callable[[Floats], Floats]
+    small: bool
+    depth: float = 0.0
+
+    def _now(self, u: Floats) -> tuple[Floats, Floats, Floats]:
+        """dN/dx (m, q, a, 3), 1/m, volumes of the points (m, q), m^3, and the distances of nodes from the axis, m."""
+        xi, weights = solid_forces.rule(self.kind)
+        x = self.points if self.small else self.points + u
+        dN, det = solid_forces.gradients(x, self.cells, self.kind, xi)
+        r = x[self.cells][:, :, 0] @ solid_forces.shape(self.kind, xi).T
+        around = 2.0 * np.pi * r / self.depth if self.depth else 1.0
+        return dN, weights * det * around, r
+
+    @property
+    def _corners(self) -> Floats:
+        """Shape functions of pressures at the points (q, c)."""
+        return solid_forces.shape(CELLS[self.kind].linear, solid_forces.rule(self.kind)[0])
+
+    def _spread(self, each: Floats) -> Floats:
+        """Sums over cells (m, c) at the nodes (n,)."""
+        c = each.shape[1]
+        found: Floats = np.bincount(self.cells[:, :c].ravel(), each.ravel(), len(self.points)).astype(np.float64)
+        return found
+
+    def forces(self, u: Floats) -> tuple[Floats, float]:
+        """What the fluid does at the nodes as stress does, -int p dN/dx dv (n, 3), N, and what rounding leaves."""
+        dN, w, r = self._now(u)
+        p = self.p @ self._corners.T
+        f = -np.einsum("mq,mqai->mai", w * p, dN)
+        if self.depth:
+            f[:, :, 2] = 0.0
+            f[:, :, 0] -= (w * p / r) @ solid_forces.shape(self.kind, solid_forces.rule(self.kind)[0])
+        found = np.zeros_like(self.points)
+        for i in range(3):
+            found[:, i] = np.bincount(self.cells.ravel(), f[:, :, i].ravel(), minlength=len(found))
+        size = float(np.linalg.norm(np.einsum("mq,mqai->mai", np.abs(w * p), np.abs(dN))))
+        return found, EPS * size
+
+    def volumes(self, u: Floats) -> Floats:
+        """int N_b (dv - dV) at the corners (n,), m^3."""
+        dN, w, r = self._now(u)
+        if self.small:
+            grown = np.einsum("mqai,mai->mq", dN, u[self.cells] - u[self.cells[:, :1]])
+            grown = grown + (
+                u[self.cells][:, :, 0] @ solid_forces.shape(self.kind, solid_forces.rule(self.kind)[0]).T / r
+                if self.depth
+                else 0.0
+            )
+            return self._spread((w * grown) @ self._corners)
+        before = self._now(np.zeros_like(u))[1]
+        return self._spread((w - before) @ self._corners)
+
+    def flow(self, u: Floats) -> Floats:
+        """-int grad N_b . k grad p dv at the corners (n,): what comes to each, m^3/s."""
+        w = self._now(u)[1]
+        k = self.permeable(w / self._now(np.zeros_like(u))[1])
+        slopes = self._slopes(u)
+        grad = np.einsum("mqci,mc->mqi", slopes, self.p)
+        return self._spread(-np.einsum("mq,mqci,mqi->mc", w * k, slopes, grad))
+
+    def _slopes(self, u: Floats) -> Floats:
+        """Gradients of the shape functions of pressures (m, q, c, 3), 1/m, through the mesh of all its nodes."""
+        xi, _ = solid_forces.rule(self.kind)
+        x = self.points if self.small else self.points + u
+        X = x[self.cells] - x[self.cells[:, :1]]
+        cof, det = solid_forces.cofactor(np.einsum("mai,qaj->mqij", X, solid_forces.slope(self.kind, xi)))
+        corners = solid_forces.slope(CELLS[self.kind].linear, xi)
+        found: Floats = np.einsum("qcj,mqij->mqci", corners, cof / det[..., None, None])
+        return found
+
+    def amiss(self, times: tuple[float, ...], states: tuple[Floats, ...]) -> Floats:
+        """What the equation of the last stage leaves at each corner (n,), m^3; at held ones what has left there.
+
+        The course is that of all stages so far, with displacements (n, 3), m, from rest. Raises ValueError where its
+        end is no step of two stages.
+        """
+        now, rest = states[-1], np.zeros_like(states[-1])
+        earlier = [rest, *states]
+        when = [times[0], *times]
+        if when[-1] <= when[-2]:
+            return self.volumes(now) - self.volumes(earlier[-2])
+        h = when[-1] - when[-3]
+        if abs((when[-2] - when[-3]) / h - FIRST) > SURE:
+            raise ValueError("its last step is not one of two stages")
+        begin, middle = (self.volumes(u) for u in (earlier[-3], earlier[-2]))
+        due = begin + (1.0 - FIRST) / FIRST * (middle - begin)
+        return self.volumes(now) - due - FIRST * h * self.flow(now)

@@ -1,0 +1,497 @@
+"""Forces of a solution, found once more by an assembly that shares nothing with the one that solved.
+
+What solves has compiled kernels, stresses written out by hand and an assembly of its own, and a mistake in any of them
+would make a wrong state look like an equilibrium. Here everything is plain numpy from the nodes of the mesh and their
+displacements: shape functions from a Vandermonde matrix, rotations by Newton's iteration for them or by singular
+values, Hooke's law by its two moduli, other laws by differences of the energy density that the material states
+(stress_by_differences.py), loads by the integrals that define them. It is slower, and done once. An energy density
+that is itself wrong is not seen here: closed forms and published stresses in tests/ hold it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from itertools import accumulate, product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.records import dataclass
+from softmark.solvers.elements import CELLS
+from softmark.solvers.elements.boundary_facets import FACETS
+from softmark.solvers.independent_forces.quadrature_rules import along, by_moments, strang
+from softmark.solvers.independent_forces.stress_by_differences import with_error
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Stress = Callable[[Floats], Floats]  # F (n, 3, 3) -> first Piola-Kirchhoff stress P (n, 3, 3), Pa
+
+CHUNK = 16_384  # integration points at a time
+MANY = 400_000  # integration points from which forces are found again at a sample of the nodes
+SAMPLE = 20_000  # nodes of such a sample
+EPS = float(np.finfo(np.float64).eps)
+THROUGH = 1e-9  # of the largest radius: what lies that far beyond the axis is no rounding
+
+# ------------------------------------------------------------------ shape functions from their nodes
+
+Cell = str | int  # an element by its word, a facet by its number of nodes
+
+
+@cache
+def _known(kind: Cell) -> Any:
+    """What a cell or facet says of itself: where its nodes lie and which monomials it has, no formula of its own."""
+    return CELLS[kind] if isinstance(kind, str) else FACETS[kind]
+
+
+@cache
+def places(kind: Cell) -> Floats:
+    """Local points of the nodes of a cell or facet (a, d), in the order of VTK: corners, and what lies between them."""
+    known, d = _known(kind), len(_known(kind).monomials[0])
+    cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
+    simplex, wedge = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[0, 1, 0] * 2, [0, 0, 1] * 2, [-1] * 3 + [1] * 3]
+    rows = cube if square(kind) else wedge if wedged(kind) else simplex
+    corners = np.array(rows, dtype=float).T[: known.corners, :d]
+    return np.array([*corners, *(corners[list(ends)].mean(axis=0) for ends in known.between)])
+
+
+def square(kind: Cell) -> bool:
+    """Whether a cell is a cube, or a facet a square; else it is a wedge, a tetrahedron or a triangle."""
+    return bool(_known(kind).corners == 2 ** len(_known(kind).monomials[0]))
+
+
+def wedged(kind: Cell) -> bool:
+    """Whether a cell is a wedge: a triangle, along a line."""
+    return bool(_known(kind).corners == 6)
+
+
+def _monomials(xi: Floats, powers: Any) -> Floats:
+    """xi^p eta^q zeta^r (q, a) at local points xi (q, d), of powers (a, d)."""
+    tower = np.stack([*accumulate([np.ones_like(xi)] + [xi] * powers.max(), np.multiply)])
+    found: Floats = np.prod([tower[powers[:, axis], :, axis] for axis in range(xi.shape[1])], axis=0).T
+    return found
+
+
+@cache
+def _coefficients(kind: Cell) -> Floats:
+    """What makes shape functions of monomials (a, a): N_a is one at its own node and zero at the others."""
+    return np.asarray(np.linalg.inv(_monomials(places(kind), np.array(_known(kind).monomials))), dtype=np.float64)
+
+
+def shape(kind: Cell, xi: Floats) -> Floats:
+    """Shape functions (..., a) at local points xi (..., d)."""
+    found: Floats = _monomials(xi.reshape(-1, xi.shape[-1]), np.array(_known(kind).monomials)) @ _coefficients(kind)
+    return found.reshape(*xi.shape[:-1], found.shape[1])
+
+
+def slope(kind: Cell, xi: Floats) -> Floats:
+    """dN/dxi (..., a, d) at local points xi (..., d)."""
+    if xi.ndim > 2:
+        flat = slope(kind, xi.reshape(-1, xi.shape[-1]))
+        return flat.reshape(*xi.shape[:-1], *flat.shape[1:])
+    powers, columns = np.array(_known(kind).monomials), []
+    for axis in range(xi.shape[1]):
+        lower = powers.copy()
+        lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
+        columns.append(powers[:, axis] * _monomials(xi, lower) @ _coefficients(kind))
+    return np.stack(columns, axis=2)
+
+
+# ------------------------------------------------------------------ quadrature
+
+
+@cache
+def rule(kind: Cell, centre: bool = False) -> tuple[Floats, Floats]:
+    """Local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
+
+    Gauss's in cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973) for
+    six-node triangles; and else the centre. In wedges one point of the triangle, or three, at two Gauss points along.
+    """
+    d, many = len(_known(kind).monomials[0]), len(_known(kind).quadrature()[1])
+    if wedged(kind):
+        flat = places(kind)[:3, :2]
+        inner = flat.mean(axis=0, keepdims=True) if many == 2 or centre else 1.0 / 6.0 + 0.5 * flat
+        return along((inner, np.full(len(inner), 0.5 / len(inner))), [0.0] if centre else [-(3**-0.5), 3**-0.5])
+    if square(kind):
+        return _gauss(kind, 1 if centre else round(many ** (1 / d)))
+    if many == 4 and not centre:
+        a = (5.0 - np.sqrt(5.0)) / 20.0
+        return a + (1.0 - 4.0 * a) * places(kind)[:4], np.full(4, 1.0 / 24.0)
+    if many == 6 and not centre:
+        return strang()
+    return np.full((1, d), 1.0 / (d + 1)), np.array([1.0 / 6.0 if d == 3 else 0.5])
+
+
+def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
+    """n points along each direction of a cube or square."""
+    corners = places(kind)[: _known(kind).corners]
+    d = corners.shape[1]
+    if n == 2:
+        return corners / np.sqrt(3.0), np.ones(len(corners))
+    t, w = {1: ([0.0], [2.0]), 3: ([-np.sqrt(0.6), 0.0, np.sqrt(0.6)], [5 / 9, 8 / 9, 5 / 9])}[n]
+    xi = np.array(list(product(t, repeat=d)))
+    return xi, np.prod(np.array(list(product(w, repeat=d))), axis=1)
+
+
+@cache
+def _mass_rule(kind: str) -> tuple[Floats, Floats]:
+    """Points and weights for products of shape functions: of degree five in tetrahedra (Stroud 1971)."""
+    if square(kind):
+        return rule(kind)
+    if wedged(kind):
+        return along(strang(), [-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
+    (a, u), (b, v), (c, w) = (by_moments(3, power) for power in (2, 1, 0))
+    xi, weights = [], []
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                r, s, t = a[i], b[j], c[k]
+                xi.append((r, (1 - r) * s, (1 - r) * (1 - s) * t))
+                weights.append(u[i] * v[j] * w[k])
+    return np.array(xi), np.array(weights)
+
+
+def cofactor(J: Floats) -> tuple[Floats, Floats]:
+    """The transposed inverse times the determinant (..., 3, 3), and the determinant (...)."""
+    a, cof = np.ascontiguousarray(np.moveaxis(J, (-2, -1), (0, 1))), np.empty((3, 3, *J.shape[:-2]))
+    for i in range(3):
+        for j in range(3):
+            k, l, m, n = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
+            cof[i, j] = a[k, m] * a[l, n] - a[k, n] * a[l, m]
+    det = a[0, 0] * cof[0, 0] + a[0, 1] * cof[0, 1] + a[0, 2] * cof[0, 2]
+    return np.moveaxis(cof, (0, 1), (-2, -1)), det
+
+
+def at_points(N: Floats, nodal: Floats) -> Floats:
+    """Values (m, q) of nodal ones (m, a), by shape functions of all cells (q, a), or of each (m, q, a)."""
+    found: Floats = (N @ nodal[:, :, None])[:, :, 0]
+    return found
+
+
+def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Floats, Floats]:
+    """dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh.
+
+    Local points xi are the same in all cells (q, 3), or those of each (m, q, 3).
+    """
+    X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
+    dN = slope(kind, xi)
+    cof, det = cofactor(X.swapaxes(1, 2)[:, None] @ dN)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return dN @ (cof / det[..., None, None]).swapaxes(2, 3), det
+
+
+# ------------------------------------------------------------------ stress
+
+
+def polar(F: Floats) -> Floats:
+    """The rotations nearest to F (n, 3, 3): Newton's iteration R <- (R + R^-T)/2 (Higham 1986).
+
+    Where that does not apply (det F <= 0, or nearly flat) by singular values, the smallest with the sign of det F.
+    """
+    R = F
+    for _ in range(7):
+        cof, det = cofactor(R)
+        R = 0.5 * (R + cof / det[:, None, None])
+    off = np.abs(np.einsum("nki,nkj->nij", R, R) - np.eye(3)).max(axis=(1, 2))
+    lost = np.flatnonzero(~((off < 1e-14) & (cofactor(F)[1] > 0.0)))
+    if len(lost):
+        U, _, Vt = np.linalg.svd(F[lost])
+        U[:, :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[:, None]
+        R[lost] = U @ Vt
+    rotations: Floats = R
+    return rotations
+
+
+def small_stress(mu: Any, lam: Any) -> Stress:
+    """Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I; moduli are numbers, or those of each F."""
+    m, l = (np.reshape(modulus, (-1, 1, 1)) for modulus in (mu, lam))
+
+    def stress(F: Floats) -> Floats:
+        H = F - np.eye(3)
+        eps = 0.5 * (H + H.transpose(0, 2, 1))
+        P: Floats = 2.0 * m * eps + l * np.trace(eps, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        return P
+
+    return stress
+
+
+def corotational_stress(mu: Any, lam: Any) -> Stress:
+    """Hooke's law in the frame of the polar rotation: R (2 mu eps + lam tr(eps) I), eps = sym(R^T F) - I."""
+    hooke = small_stress(mu, lam)
+
+    def stress(F: Floats) -> Floats:
+        R = polar(F)
+        P: Floats = R @ hooke(R.transpose(0, 2, 1) @ F)
+        return P
+
+    return stress
+
+
+# ------------------------------------------------------------------ forces within a solid
+
+
+@dataclass(frozen=True)
+class StressTerm:
+    """A part of the stress, and whether it is taken at the centre of each cell only."""
+
+    stress: Stress
+    centre: bool = False
+
+
+@dataclass(frozen=True)
+class CheckedBody:
+    """A deformed mesh: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; `stiff` is a modulus in Pa.
+
+    With `turned` each cell has one rotation, that of its mean deformation gradient, and forces as in linear elasticity
+    in that frame. With a `depth`, m, it is a slice of that thickness through a body of revolution about the y axis, and
+    forces are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each cell, None where all
+    have those of their kind.
+    """
+
+    points: Floats
+    cells: Ints
+    kind: str
+    u: Floats
+    terms: tuple[StressTerm, ...]
+    stiff: float
+    turned: bool = False
+    depth: float = 0.0
+    rules: tuple[Floats, Floats] | None = None
+
+    def _chunks(self, cells: Ints) -> Iterator[slice]:
+        size = max(1, CHUNK // len(rule(self.kind)[1] if self.rules is None else self.rules[1][0]))
+        return (slice(start, start + size) for start in range(0, len(cells), size))
+
+    def _rule(self, at: slice, centre: bool = False) -> tuple[Floats, Floats]:
+        """Local points (q, 3) or (m, q, 3), and weights, of a term in some of the cells; not of a centre alone."""
+        if self.rules is None or centre or len(places(self.kind)) == 4:
+            return rule(self.kind, centre)
+        return self.rules[0][at], self.rules[1][at]
+
+    def forces(self, cells: Ints) -> tuple[Floats, float]:
+        """Return the internal forces (n, 3), N, of cells (m, a) at nodes, and a bound of the norm of their rounding, N.
+
+        If cells have `rules`, `cells` must be all cells of the body.
+        """
+        g, reach = np.zeros_like(self.points), np.zeros(len(self.points))
+        for at in self._chunks(cells):
+            some = cells[at]
+            for term in self.terms:
+                local, size = self._local(some, term, at)
+                for i in range(3):
+                    g[:, i] += np.bincount(some.ravel(), local[:, :, i].ravel(), minlength=len(g))
+                reach += np.bincount(some.ravel(), size.ravel(), minlength=len(g))
+        return g, float(np.linalg.norm(reach))
+
+    def _local(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
+        """Nodal forces of some cells (m, a, 3), N, and what rounding and differences may leave in them (m, a), N."""
+        xi, weights = self._rule(at, term.centre)
+        dNdX, det = gradients(self.points, cells, self.kind, xi)
+        w = weights * det
+        U = self.u[cells] - self.u[cells[:, :1]]
+        R = self._rotation(cells, U) if self.turned else np.broadcast_to(np.eye(3), (len(cells), 3, 3))
+        if self.turned:  # displacements in the frame that turns with the cell
+            X = self.points[cells] - self.points[cells[:, :1]]
+            U = (X + U) @ R - X
+        F = U.swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
+        if self.depth:
+            r, F[..., 2, 2] = self._rings(cells, xi)
+            w = w * (2.0 * np.pi * r / self.depth)
+        P, error = self._stress(cells, term, F.reshape(-1, 3, 3), at)
+        P = P.reshape(F.shape)
+        f = (dNdX @ (w[..., None, None] * P).swapaxes(2, 3)).sum(axis=1)
+        if self.depth:  # a ring pulls its nodes to the axis, and nothing along z
+            f[:, :, 2] = 0.0
+            f[:, :, 0] += at_points(shape(self.kind, xi).swapaxes(-1, -2), w * P[..., 2, 2] / r)
+        unsure = EPS * self.stiff * np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
+        unsure = unsure + np.broadcast_to(error, len(P.reshape(-1, 3, 3))).reshape(unsure.shape)
+        size = np.einsum("mq,mqa->ma", np.abs(w) * unsure, np.linalg.norm(dNdX, axis=3))
+        return (f @ R.transpose(0, 2, 1) if self.turned else f), size
+
+    def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
+        """P of the points of some cells (n, 3, 3), Pa, and the error of its entries; `at`: their place in the body."""
+        return with_error(term.stress, F)
+
+    def _rings(self, cells: Ints, xi: Floats) -> tuple[Floats, Floats]:
+        """Distances from the axis, m, and by how much rings there have grown (m, q)."""
+        N = shape(self.kind, xi)
+        r = at_points(N, self.points[cells][:, :, 0])
+        return r, 1.0 + at_points(N, self.u[cells][:, :, 0]) / r
+
+    def _through(self, cells: Ints) -> Any:
+        """Which cells (m,) were drawn through the axis, as nodes tell."""
+        far = self.points[:, 0].max()
+        return np.any(self.points[cells][:, :, 0] + self.u[cells][:, :, 0] < -THROUGH * far, axis=1)
+
+    def _rotation(self, cells: Ints, U: Floats) -> Floats:
+        xi, weights = rule(self.kind)
+        dNdX, det = gradients(self.points, cells, self.kind, xi)
+        w = weights * det
+        G = np.einsum("mq,mqaJ->maJ", w, dNdX) / w.sum(axis=1)[:, None, None]
+        return polar(np.einsum("mai,maJ->miJ", U, G) + np.eye(3))
+
+    def volumes(self) -> tuple[Floats, Floats]:
+        """Least det F of each cell at its integration points and at its nodes (m,), and the largest strain (m,).
+
+        Strain is that of Green-Lagrange: it does not see rotations. A ring beyond its axis is inside out, though where
+        a cell is turned over within its plane as well det F > 0.
+        """
+        xi = np.concatenate([rule(self.kind)[0], places(self.kind)])
+        if len(places(self.kind)) == 4:  # the same everywhere
+            xi = xi[:1]
+        least, most = [], []
+        for at in self._chunks(self.cells):
+            some = self.cells[at]
+            dNdX, _ = gradients(self.points, some, self.kind, xi)
+            F = (self.u[some] - self.u[some[:, :1]]).swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
+            if self.depth:
+                within = slice(len(rule(self.kind)[0]))  # on the axis itself a ring has no length
+                F[:, within, 2, 2] = self._rings(some, xi[within])[1]
+            J = cofactor(F)[1].min(axis=1)
+            least.append(np.where(self._through(some), -np.abs(J), J) if self.depth else J)
+            green = 0.5 * (F.swapaxes(2, 3) @ F - np.eye(3))
+            most.append(np.sqrt((green**2).sum(axis=(2, 3))).max(axis=1))
+        return np.concatenate(least), np.concatenate(most)
+
+
+# ------------------------------------------------------------------ springs
+
+
+def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Floats, float]:
+    """What springs along `edges` (n, 2) of stiffness k (n,) pull at the nodes (nodes, 3), N, and its rounding."""
+    a, b = edges.T
+    rest = points[b] - points[a]
+    now = rest + (u[b] - u[a])
+    l0, l = np.sqrt((rest**2).sum(axis=1)), np.sqrt((now**2).sum(axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pull = np.where((l > 0.0)[:, None], (k * (l - l0) / l)[:, None] * now, 0.0)
+    g = np.zeros_like(points)
+    for i in range(3):
+        g[:, i] = np.bincount(b, pull[:, i], minlength=len(g)) - np.bincount(a, pull[:, i], minlength=len(g))
+    reach = np.bincount(edges.T.ravel(), np.tile(k * np.maximum(l, l0), 2), minlength=len(g))
+    return g, EPS * float(np.linalg.norm(reach))
+
+
+# ------------------------------------------------------------------ loads
+
+
+def weights_of(
+    points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0, rules: Any = None
+) -> Floats:
+    """The mass that each node carries (nodes,), kg: `consistent`, `lumped` or `uniform`.
+
+    `density` is a number, kg/m^3, or gives that of points (n, 3). `rules` are local points (m, q, 3) and weights (m, q)
+    of each cell, None where all have those of their kind.
+    """
+    if how == "uniform":
+        whole = float(weights_of(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
+        return np.full(nodes, whole / nodes)
+    few = len(places(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
+    all_xi, all_w = rules or (rule(kind) if few else _mass_rule(kind))
+    carried = np.zeros(nodes)
+    size = max(1, CHUNK // all_xi.shape[-2])
+    for start in range(0, len(cells), size):
+        at = slice(start, start + size) if rules else slice(None)
+        some, xi, w = cells[start : start + size], all_xi[at], all_w[at]
+        N = shape(kind, xi)
+        volumes = w * gradients(points, some, kind, xi)[1]  # (m, q)
+        if depth:  # of whole rings
+            volumes = volumes * (2.0 * np.pi / depth * at_points(N, points[some][:, :, 0]))
+        X = (N @ points[some]).reshape(-1, 3) if callable(density) else None
+        volumes = volumes * (density if X is None else density(X).reshape(volumes.shape))  # masses from here on
+        share = at_points(N.swapaxes(-1, -2), volumes)
+        if how == "lumped":  # Hinton, Rock and Zienkiewicz (1976)
+            square = at_points(N.swapaxes(-1, -2) ** 2, volumes)
+            share = square * (volumes.sum(axis=1) / square.sum(axis=1))[:, None]
+        carried += np.bincount(some.ravel(), share.ravel(), minlength=nodes)
+    return carried
+
+
+def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats], depth: float = 0.0) -> Floats:
+    """Nodal forces (nodes, 3), N, of a load on facets (f, k) of a surface through `points`.
+
+    `push` makes of the area vectors dA (f, q, 3), outward, the forces on them (f, q, 3). With a `depth`, m, the surface
+    is that of a slice through a body of revolution about the y axis, and forces are those on whole rings.
+    """
+    kind = facets.shape[1]
+    xi, weights = rule(kind)
+    x = points[facets] - points[facets[:, :1]]
+    t = np.einsum("fai,qaj->jfqi", x, slope(kind, xi))
+    on = push(np.cross(t[0], t[1]))
+    if depth:
+        on = on * (2.0 * np.pi / depth * (points[facets][:, :, 0] @ shape(kind, xi).T))[:, :, None]
+    force = np.einsum("q,qa,fqi->fai", weights, shape(kind, xi), on)
+    found = np.zeros_like(points)
+    for i in range(3):
+        found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
+    return found
+
+
+def part_forces(
+    points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats], depth: float = 0.0
+) -> Floats:
+    """The same of parts of facets: local points xi (p, 2), weights w (p,) in local area, each on its facet (p, k)."""
+    kind, found = facets.shape[1], np.zeros_like(points)
+    x = points[facets] - points[facets[:, :1]]
+    t = x.swapaxes(1, 2) @ slope(kind, xi)  # (p, 3, 2)
+    if depth:
+        w = w * (2.0 * np.pi / depth * (points[facets][:, :, 0] * shape(kind, xi)).sum(axis=1))
+    force = w[:, None, None] * shape(kind, xi)[:, :, None] * push(np.cross(t[..., 0], t[..., 1]))[:, None]
+    for i in range(3):
+        found[:, i] = np.bincount(facets.ravel(), force[:, :, i].ravel(), minlength=len(points))
+    return found
+
+
+# ------------------------------------------------------------------ balance
+
+
+@dataclass(frozen=True)
+class ForceBalance:
+    """Forces on free degrees of freedom that nothing balances, relative to loads and reactions.
+
+    `rounding` is what the arithmetic may leave of it, `nodes` how many nodes it was found at.
+    """
+
+    residual: float
+    rounding: float
+    nodes: int
+
+
+def balance(
+    inside: Floats,
+    outside: Floats,
+    held: NDArray[np.bool_],
+    noise: float,
+    chosen: Ints | None = None,
+    lacking: float = 0.0,
+) -> ForceBalance:
+    """Of nodal forces `inside` and loads `outside` (n, 3), N, where `held` (n, 3) carries reactions.
+
+    `chosen` are the nodes at which `inside` is complete, all where it is None; `lacking` is what is left of other
+    equations, in N.
+    """
+    some = np.arange(len(inside)) if chosen is None else chosen
+    left, grown = (inside - outside)[some], np.sqrt(len(inside) / len(some))  # what is left, as of all nodes
+    free = float(np.hypot(np.linalg.norm(left[~held[some]]) * grown, lacking))
+    reactions = float(np.linalg.norm(left[held[some]])) * grown
+    scale = max(float(np.linalg.norm(outside)), reactions)
+    noise *= grown
+    if scale <= 10.0 * noise:  # nothing acts: what is left is compared with what rounding leaves
+        return ForceBalance(free / noise * EPS if noise else free, 100.0 * EPS, len(some))
+    return ForceBalance(free / scale, noise / scale, len(some))
+
+
+def sample(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
+    """Nodes to look at and the cells around them: all, or of a large mesh a random part, the same each time."""
+    if len(cells) * points <= MANY:
+        return None, cells
+    chosen = np.sort(np.random.default_rng(0).choice(nodes, min(SAMPLE, nodes), replace=False))
+    mask = np.zeros(nodes, dtype=np.bool_)
+    mask[chosen] = True
+    return chosen, cells[mask[cells].any(axis=1)]
+
+
+def finite(values: Sequence[Floats] | Floats) -> bool:
+    """Whether every number is finite."""
+    return all(bool(np.all(np.isfinite(v))) for v in values)

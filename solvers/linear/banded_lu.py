@@ -1,0 +1,60 @@
+"""One system after the other within the band of a chain, not symmetric: the tangents of a rod in motion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Singular, factor
+from softmark.solvers.runtime.scipy_submodules import lone
+from softmark.solvers.sparse.banded_cholesky import WIDEST
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the entries of a pattern stand in LAPACK's general band, and how far it reaches below and above."""
+
+    indptr: Any
+    places: NDArray[Any]
+    below: int
+    above: int
+
+
+class ChainSolver:
+    """Elimination with a choice of rows within the band (LAPACK's `gbsv`); SuperLU where that is wide."""
+
+    def __init__(self) -> None:
+        self._layout: _Layout | None = None
+        self._solve = lone("scipy.linalg._flapack").dgbsv
+
+    def solve(self, K: sparse.csr_matrix, b: Floats, tolerance: float) -> Floats:
+        """x with K x = b to rounding. Raises Singular."""
+        layout = self._layout
+        if layout is None or layout.indptr is not K.indptr:
+            layout = self._layout = _layout(K)
+        if layout.below + layout.above >= 2 * WIDEST:
+            return factor(K, symmetric=False).solve(b)
+        rows = 2 * layout.below + layout.above + 1
+        band = np.zeros(K.shape[0] * rows)
+        band[layout.places] = K.data
+        if not np.isfinite(K.data.sum() + b.sum()):
+            raise Singular("the matrix holds a number that is not finite")
+        _, _, x, info = self._solve(layout.below, layout.above, band.reshape(-1, rows).T, b, overwrite_ab=1)
+        if info:
+            raise Singular("a pivot is zero")
+        found: Floats = x
+        return found
+
+
+def _layout(K: sparse.csr_matrix) -> _Layout:
+    """The entry i, j stands in row below + above + i - j of column j, column by column."""
+    columns = K.indices.astype(np.int64)
+    rows = np.repeat(np.arange(K.shape[0]), np.diff(K.indptr))
+    below, above = int((rows - columns).max(initial=0)), int((columns - rows).max(initial=0))
+    places = columns * (2 * below + above + 1) + below + above + rows - columns
+    return _Layout(K.indptr, places, below, above)

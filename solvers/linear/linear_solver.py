@@ -1,0 +1,275 @@
+"""How the linear systems of Newton's method are solved: the choices of a model, and what came of them."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import field, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear import factorisations as linear
+from softmark.solvers.linear import saddle_point
+from softmark.solvers.linear.factorisations import Factor, Singular, Unsolved, factor
+from softmark.solvers.sparse.rigid_body_modes import Modes
+
+if TYPE_CHECKING:
+    from softmark.solvers.linear.recycled_solves import LinearSolver
+    from softmark.solvers.sparse.sparse_cholesky import Precision
+
+Method = linear.Method | Literal["conjugate_gradients"]
+
+# relative residuals that a Newton step may be solved to; bending is last to come, and at 1e-1 it is hardly there: the
+# silicone beam then takes 42 Newton steps and 5089 iterations in all, at 1e-4 6 and 2722
+LOOSEST, TIGHTEST = 1e-4, 1e-10
+GAMMA = 0.9  # of Eisenstat and Walker's second choice
+ENOUGH = 0.1  # of what is still out of balance beyond the tolerance: solving better helps nothing
+MOST = 20_000  # iterations of conjugate gradients without a cap
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A choice: `method` as of `linear.factor`, or conjugate gradients with the diagonal as preconditioner.
+
+    `cap` stops these after so many iterations, solved or not. `reuse` keeps a factor of an earlier matrix as the
+    preconditioner as long as that costs less than a new one. `modes` are the body's rigid motions. `spare` is what
+    systems with pressures need (see `saddle`): those have no cap, no reuse and double precision. `halved` says that
+    they are nearly symmetric, so that a factor of their symmetric part will do.
+    """
+
+    method: Method = "auto"
+    precision: Precision = "double"
+    cap: int | None = None
+    reuse: bool = False
+    modes: Modes = None
+    spare: Floats | None = field(default=None, compare=False)  # of the unknowns, as in `saddle`; None: no pressures
+    halved: bool = False
+
+    @property
+    def iterative(self) -> bool:
+        """Whether systems are solved to a tolerance of our choice."""
+        return self.reuse or self.method == "conjugate_gradients"
+
+
+@dataclass
+class Systems:
+    """Solves the systems of one problem, one after the other, and counts."""
+
+    choice: Linear = field(default_factory=Linear)
+    name: str = linear.NAME
+    solves: int = 0
+    factorisations: int = 0
+    iterations: int = 0  # of conjugate gradients
+    capped: int = 0  # systems that were not solved because of the cap
+    _kept: LinearSolver | None = None
+
+    def factor(self, K: sparse.csr_matrix, symmetric: bool, goal: float) -> Factor:
+        """What solves K x = b, to the relative residual `goal` where the choice is iterative. Raises Singular."""
+        self.solves += 1
+        found: Any
+        if self.choice.method == "conjugate_gradients":
+            found = Iterated(self, K, goal, symmetric)
+        elif self.choice.reuse and symmetric:
+            found = Reused(self, K, goal)
+        else:
+            found = self._factor(K, symmetric)
+        self.name = found.name
+        made: Factor = found
+        return made
+
+    def direct(self, K: sparse.csr_matrix) -> Factor:
+        """A factor in double precision, which knows its negative pivots."""
+        if self.choice.reuse or self.choice.precision == "single":
+            self.factorisations += 1
+            return factor(K, modes=self.choice.modes)
+        return self._factor(K, True)
+
+    def _factor(self, K: sparse.csr_matrix, symmetric: bool) -> Factor:
+        method: Any = self.choice.method
+        self.factorisations += 1
+        if self.choice.spare is not None:
+            halved = self.choice.halved and not symmetric
+            own = symmetric or halved
+            return saddle_point.factor(K, self.choice.spare, lambda K: factor(K, own, method), halved)
+        found = factor(K, symmetric, method, self.choice.precision, self.choice.modes)
+        if isinstance(found, linear.RefinedFactor) and K.dtype == np.float32:
+            return Single(found)  # single precision has no residual to refine by
+        return Counted(self, found) if found.tolerance else found
+
+    def goal(self, residual: float, before: float, last: float, tolerance: float) -> float:
+        """Relative residual to which the next step is worth solving, from Newton's residuals now and before.
+
+        0.9 (r / r_before)^2, not far below the last goal while that was loose (Eisenstat and Walker 1996, choice 2);
+        never better than what meets the tolerance.
+        """
+        if not np.isfinite(before) or before == 0.0:
+            return LOOSEST
+        eta = GAMMA * (residual / before) ** 2
+        if GAMMA * last**2 > 0.1:
+            eta = max(eta, GAMMA * last**2)
+        eta = max(min(eta, LOOSEST), ENOUGH * tolerance / residual if residual > 0 else LOOSEST)
+        return float(np.clip(eta, TIGHTEST, LOOSEST))
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What the report says."""
+        known: dict[str, Any] = {"linear_solver": self.name, "factorisations": self.factorisations}
+        if self.choice.iterative or self.iterations:
+            known["linear_iterations"] = self.iterations
+        if self.choice.cap is not None:
+            known["linear_capped"] = self.capped
+        return known
+
+
+def warm(choice: Linear, kind: Any) -> None:
+    """Load the kernels that a choice needs for matrices of numbers of that kind, outside any clock."""
+    K = sparse.csr_matrix(np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], dtype=kind))
+    method: Method = "cholesky" if choice.method == "auto" else choice.method
+    with suppress(Singular):  # it is for the solution to say so
+        systems = Systems(replace(choice, method=method, modes=None, spare=None))
+        systems.factor(K, True, TIGHTEST).solve(np.ones(3, dtype=kind))
+
+
+@dataclass(frozen=True)
+class Counted:
+    """A factor that iterates, and where its iterations are counted."""
+
+    systems: Systems
+    factor: Factor
+
+    @property
+    def name(self) -> str:
+        """The method."""
+        return self.factor.name
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """Those of the factor, where it knows."""
+        return self.factor.negative_pivots
+
+    @property
+    def tolerance(self) -> float:
+        """Relative residual of `solve`."""
+        return self.factor.tolerance
+
+    @property
+    def iterations(self) -> int:
+        """Of the last solve."""
+        return self.factor.iterations
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|. Raises Unsolved."""
+        x = self.factor.solve(b)
+        self.systems.iterations += self.factor.iterations
+        return x
+
+
+@dataclass(frozen=True)
+class Single:
+    """A Cholesky factor in single precision, as it is; scaled, since single numbers overflow sooner."""
+
+    refined: linear.RefinedFactor
+    name: str = "multifrontal Cholesky in single precision"
+    negative_pivots: int | None = None  # positive pivots in single precision prove nothing
+    tolerance: float = 0.0
+    iterations: int = 0
+
+    def solve(self, b: Floats) -> Floats:
+        """x with K x = b, to rounding."""
+        size = float(np.linalg.norm(b))
+        return size * self.refined.cholesky.solve(b / size) if size > 0.0 else b
+
+
+@dataclass
+class Iterated:
+    """Conjugate gradients with the diagonal as preconditioner (Hestenes and Stiefel 1952), without a factor.
+
+    Where the curvature along a direction is not positive they stop with what they have, as a truncated Newton method
+    does (Steihaug 1983): that still leads downhill.
+    """
+
+    systems: Systems
+    K: sparse.csr_matrix
+    tolerance: float
+    symmetric: bool
+    name: str = "conjugate gradients, diagonal preconditioner"
+    negative_pivots: int | None = None  # 1 once a direction of negative curvature was met
+    iterations: int = 0  # of the last solve
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|, or as far as the cap lets it come. Raises Singular."""
+        if not self.symmetric:
+            raise Singular("conjugate gradients need a symmetric matrix")
+        linear.must_be_finite(self.K)
+        cap = self.systems.choice.cap
+        x, done, residual = self._iterate(b, MOST if cap is None else cap)
+        if done or self.negative_pivots:
+            return x
+        if cap is None:
+            raise Unsolved(residual, self.tolerance)
+        self.systems.capped += 1
+        return x
+
+    def _iterate(self, b: Floats, most: int) -> tuple[Floats, bool, float]:
+        K, size = self.K, float(np.linalg.norm(b))
+        diagonal = np.abs(K.diagonal())
+        M = np.where(diagonal > 0, diagonal, 1.0)
+        x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
+        left, self.iterations = size, 0
+        for number in range(most):
+            if left <= self.tolerance * size:
+                return x, True, left / size if size else 0.0
+            z = r / M
+            rz, before = float(r @ z), rz
+            p = z + (rz / before if number else 0.0) * p
+            q = K @ p
+            curvature = float(p @ q)
+            self.systems.iterations += 1
+            self.iterations += 1
+            if curvature <= 0.0:
+                self.negative_pivots = 1
+                return (x if number else z), False, left / size
+            x += (rz / curvature) * p
+            r -= (rz / curvature) * q
+            left = float(np.linalg.norm(r))
+        return x, left <= self.tolerance * size, left / size if size else 0.0
+
+
+@dataclass
+class Reused:
+    """Conjugate gradients with the factor of this matrix or of an earlier one, whichever costs less."""
+
+    systems: Systems
+    K: sparse.csr_matrix
+    tolerance: float
+    negative_pivots: int | None = None  # 1 where no factor was positive; one in single precision proves nothing else
+    iterations: int = 0  # of the last solve
+
+    @property
+    def name(self) -> str:
+        """The method."""
+        return self._solver.name
+
+    @property
+    def _solver(self) -> LinearSolver:
+        from softmark.solvers.linear.recycled_solves import LinearSolver
+
+        if self.systems._kept is None:
+            self.systems._kept = LinearSolver()
+        return self.systems._kept
+
+    def solve(self, b: Floats) -> Floats:
+        """x with |b - K x| <= tolerance |b|. Raises Singular."""
+        linear.must_be_finite(self.K)
+        done = self._solver.statistics
+        before = done.indefinite, done.iterations, done.factorisations + done.fallbacks
+        x = self._solver.solve(self.K, b, self.tolerance)
+        self.iterations = done.iterations - before[1]
+        self.systems.iterations += self.iterations
+        self.systems.factorisations += done.factorisations + done.fallbacks - before[2]
+        if done.indefinite > before[0]:
+            self.negative_pivots = 1
+        return x

@@ -1,0 +1,112 @@
+"""Muscle that pulls: any law, and a tension along its fibres."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+from softmark.records import dataclass
+from softmark.solvers.materials.active_wrapper import Muscle
+from softmark.solvers.materials.anisotropic_material import FIBRES, Anisotropic, along, constant_at, lengthened
+from softmark.solvers.materials.tensor_components import add_turned, displacement_gradient
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Array
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+
+@dataclass(frozen=True)
+class Tension(Anisotropic):
+    """The part of the stress of muscle that pulls: T f (x) f, second Piola-Kirchhoff, whatever the deformation.
+
+    psi = T/2 (|F f|^2 - 1)
+    """
+
+    tension: Any
+    fibres: Any
+    density: float = 0.0
+    bulk = None
+    varying = ("tension",)
+
+    @property
+    def turning(self) -> bool:
+        """Whether its directions or its tension are made of places."""
+        return super().turning or hasattr(self.tension, "values")
+
+    @property
+    def sampled(self) -> bool:
+        """Whether its directions or its tension are arrays, those of every point of integration."""
+        return super().sampled or hasattr(self.tension, "shape")
+
+    def placed(self, X: Array, read: Any = None) -> Any:
+        """The same with its directions and its tension at points X (m, q, 3), m. Raises NoDirection."""
+        made = super().placed(X, read)
+        if not hasattr(self.tension, "values"):
+            return made
+        return replace(made, tension=constant_at(self.tension, X, read))
+
+    def _shape_psi(self, f: Array, axes: Array) -> Array:
+        psi: Array = 0.5 * self.tension * lengthened(along(displacement_gradient(f), axes[0]), axes[0])
+        return psi
+
+    def _shape_P(self, f: Array, axes: Array) -> Array:
+        P: Array = (self.tension * along(f, axes[0]))[:, None] * axes[0][None]
+        return P
+
+    def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
+        H[...] = 0.0
+        self.add_stiffness(H, axes)
+
+    def add_stiffness(self, H: Array, axes: Array) -> None:
+        """H (9, 9, m) += delta_ik T f_J f_L, on and above the diagonal."""
+        add_turned(H, self.tension * (axes[0][:, None] * axes[0][None]))
+
+    @property
+    def shear_modulus(self) -> float:
+        """That of its stress, Pa."""
+        return float(np.abs(self.tension).max())
+
+
+@dataclass(frozen=True)
+class Active(Muscle):
+    """Muscle that pulls along its fibres with a tension, in whatever law it has at rest.
+
+    S = S of the law + T f (x) f, the second Piola-Kirchhoff stress; f are the fibres before deformation
+    The tension grows with the loads: in a static analysis both come in the same steps, to their full size. By a
+    `course` it grows and falls as loads do, in the states of a static analysis, in the time of a quasistatic one or of
+    a motion; without one it is whole from the start. What it does in a motion is in the balance of energy, and told by
+    itself: `muscle_work`, a part of `load_work`. As it is Ta f (x) f, force per area before deformation over stretch,
+    stress along stretched fibres grows with the square of their stretch. It may vary in space, by an expression or a
+    field. `fibres` are those of the law; one without, as rubber, takes its own here.
+    Source: Land et al. (2015), Proc. R. Soc. A 471:20150641, problem 3; Nash, Hunter (2000), J. Elasticity 61:113.
+    """
+
+    law: Annotated[Any, "material", "the material that it is when it does not pull"]
+    tension: Annotated[float, "Pa in [0, inf)", "T, of the second Piola-Kirchhoff stress along the fibres"]
+    own: Annotated[Any, "fibres", FIBRES + "; those of the law without"] = None
+    course: Annotated[Any | None, "course", "how the tension grows and falls; whole without"] = None
+    varying = ("density", "tension")
+    does = "tension"
+    pulls = True  # beside its law: what it does comes with the loads
+
+    @property
+    def pull(self) -> Tension:
+        """The law of the tension alone."""
+        return Tension(self.tension, self.fibres)
+
+    # ------------------------------------------------------------------ the sum of both
+
+    def _psi(self, f: Array) -> Array:
+        psi: Array = self.within._psi(f) + self.pull._psi(f)
+        return psi
+
+    def _P(self, f: Array) -> Array:
+        P: Array = self.within._P(f) + self.pull._P(f)
+        return P
+
+    def _dPdF(self, f: Array, H: Array) -> None:
+        self.within._dPdF(f, H)
+        self.pull.add_stiffness(H, self.frame.axes(f.dtype))

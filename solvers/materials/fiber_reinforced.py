@@ -1,0 +1,177 @@
+"""Solids of a matrix and of families of fibres, by invariants: a few numbers for each point say all.
+
+psi = matrix(I1, J) + sum over families of strand(E_a) + K/2 (J - 1)^2, E_a = kappa (I1 - 3) + (1 - 3 kappa) (I4a - 1),
+I4a = |F a|^2. The strand of a family, k1/(2 k2) (exp(k2 E^2) - 1), is that of fibres that do not resist compression:
+where E < 0 there is none. Invariants are those of F itself and not of F less its change of volume, by which fibres
+would not feel how they are stretched (Helfenstein et al. 2010; Nolan et al. 2014).
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.materials.anisotropic_material import Anisotropic, along, dyad, lengthened
+from softmark.solvers.materials.tensor_components import (
+    add_cross,
+    add_identity,
+    add_outer,
+    add_turned,
+    cofactor,
+    displacement_gradient,
+)
+from softmark.solvers.materials.two_invariant_law import invariants
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Array
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+Onset = Annotated[float, "1 in (0, 0.1]", "strain E over which fibres are taken up; their law holds beyond it"]
+ONSET = 1e-4
+TAUT = 4.0 / 15.0  # of k1: what fibres add to the mean shear modulus over all directions
+
+
+@dataclass(frozen=True)
+class Strand:
+    """psi(E) = k1/(2 k2) (exp(k2 E^2) - 1) of fibres in tension, k1/2 E^2 with k2 = 0; `k1` in Pa.
+
+    With an `onset` they only pull: nothing is left where E < 0, and from there to the onset the stress grows as a cubic
+    that meets the formula's stress and slope: without it the tangent would jump at E = 0. It never falls as E grows.
+    """
+
+    k1: float
+    k2: float
+    onset: float | None = None
+
+    def terms(self, E: Array) -> tuple[Array, Array, Array]:
+        """psi, dpsi/dE and d2psi/dE2 (m,), Pa."""
+        psi, slope, curvature = self._formula(E)
+        if (onset := self.onset) is None:
+            return psi, slope, curvature
+        (whole, end, steep), t = self._formula(np.array(onset)), np.clip(E / onset, 0.0, 1.0)
+        b = steep * onset
+        square, cube = 3.0 * end - b, b - 2.0 * end
+        begun = onset * (square / 3.0 + cube / 4.0)
+        far, some = onset <= E, E > 0.0
+        psi = np.where(far, psi - whole + begun, onset * t**3 * (square / 3.0 + cube / 4.0 * t))
+        slope = np.where(far, slope, t * t * (square + cube * t))
+        return psi, slope, np.where(far, curvature, np.where(some, t * (2.0 * square + 3.0 * cube * t) / onset, 0.0))
+
+    def _formula(self, E: Array) -> tuple[Array, Array, Array]:
+        x = self.k2 * E * E
+        grown = np.exp(x)
+        psi = 0.5 * self.k1 * (np.expm1(x) / self.k2 if self.k2 else E * E)
+        return psi, self.k1 * E * grown, self.k1 * (1.0 + 2.0 * x) * grown
+
+
+class Reinforced(Anisotropic):
+    """What laws of a matrix and of fibres have in common."""
+
+    dispersion = 0.0  # kappa
+
+    @property
+    @abstractmethod
+    def families(self) -> tuple[tuple[tuple[float, float], Strand], ...]:
+        """Of each family its direction, by its components along f and s, and its law."""
+
+    @property
+    def coupled(self) -> Strand | None:
+        """The law of the shear I8 = F f . F s between fibres and sheets; None where there is none."""
+        return None
+
+    @abstractmethod
+    def _matrix(self, stretch: Array) -> tuple[Array | float, Array | float, Array | None]:
+        """Of I1 - 3 (m,): the energy w without -m ln J, 2 dw/dI1 and 4 d2w/dI1^2, None where zero, J/m^3 and Pa."""
+
+    @property
+    @abstractmethod
+    def matrix_modulus(self) -> float:
+        """m = 2 dw/dI1 at rest, Pa: the shear modulus of the matrix."""
+
+    @property
+    def polyconvex(self) -> bool:
+        """Whether its energy is: of fibres that only pull, without what resists the shear between them and sheets.
+
+        Their stress grows with I4 and I1, which are convex in F, and never falls. Source: Schroeder and Neff (2003),
+        "Invariant formulation of hyperelastic transverse isotropy based on polyconvex free energy functions".
+        """
+        slack = all(strand.onset is not None or strand.k1 == 0.0 for _, strand in self.families)
+        return slack and (self.coupled is None or self.coupled.k1 == 0.0)
+
+    @property
+    def shear_modulus(self) -> float:
+        """That of the matrix and what taut fibres add, Pa."""
+        share = TAUT * (1.0 - 3.0 * self.dispersion) ** 2
+        return self.matrix_modulus + share * sum(strand.k1 for _, strand in self.families)
+
+    def _taken(self, f: Array, axes: Array, stretch: Array) -> list[tuple[Array, Array, Strand, Array]]:
+        """Of each family its direction a, F a (3, m), its law and E (m,)."""
+        h, found = displacement_gradient(f), []
+        k = self.dispersion
+        for (c, s), strand in self.families:
+            a = c * axes[0] + s * axes[1]
+            moved = along(h, a)  # less a
+            found.append((a, moved + a, strand, k * stretch + (1.0 - 3.0 * k) * lengthened(moved, a)))
+        return found
+
+    def _shear(self, f: Array, axes: Array) -> tuple[Array, Array, Array]:
+        """F f, F s (3, m) and I8 (m,)."""
+        a, b = along(f, axes[0]), along(f, axes[1])
+        return a, b, np.add.reduce(a * b, axis=0)
+
+    def _shape_psi(self, f: Array, axes: Array) -> Array:
+        stretch, j = invariants(f)
+        psi = self._matrix(stretch)[0] - self.matrix_modulus * np.log1p(np.where(j > -1.0, j, np.nan))
+        for _, _, strand, E in self._taken(f, axes, stretch):
+            psi = psi + strand.terms(E)[0]
+        if self.coupled is not None:
+            psi = psi + self.coupled.terms(self._shear(f, axes)[2])[0]
+        return psi
+
+    def _shape_P(self, f: Array, axes: Array) -> Array:
+        stretch, j = invariants(f)
+        a, k = self._matrix(stretch)[1], self.dispersion
+        P = (-self.matrix_modulus / (1.0 + j)) * cofactor(f)
+        for d, moved, strand, E in self._taken(f, axes, stretch):
+            slope = strand.terms(E)[1]
+            a = a + 2.0 * k * slope
+            P += ((2.0 * (1.0 - 3.0 * k)) * slope * moved)[:, None] * d[None]
+        if self.coupled is not None:
+            x, y, I8 = self._shear(f, axes)
+            slope = self.coupled.terms(I8)[1]
+            P += (slope * y)[:, None] * axes[0][None] + (slope * x)[:, None] * axes[1][None]
+        P += a * f
+        return P
+
+    def _set_shape(self, f: Array, axes: Array, H: Array) -> None:
+        """delta_ik M_JL + sum psi'' G (x) G and the matrix's own, G = dE/dF, M the second derivatives of I4 and I8."""
+        stretch, j = invariants(f)
+        C, rows, k = cofactor(f).reshape(9, -1), f.reshape(9, -1), self.dispersion
+        _, a, c = self._matrix(stretch)
+        H[...] = 0.0
+        over = self.matrix_modulus / (1.0 + j)
+        add_outer(H, (over / (1.0 + j)) * C, C)
+        add_cross(H, -over * f)
+        if c is not None:
+            add_outer(H, c * rows, rows)
+        M: Array = np.zeros((3, 3, f.shape[2]), dtype=f.dtype)
+        for d, moved, strand, E in self._taken(f, axes, stretch):
+            _, slope, curvature = strand.terms(E)
+            a = a + 2.0 * k * slope
+            M += ((2.0 * (1.0 - 3.0 * k)) * slope) * (d[:, None] * d[None])
+            G = (2.0 * (1.0 - 3.0 * k)) * dyad(moved, d)
+            G = G + (2.0 * k) * rows if k else G
+            add_outer(H, curvature * G, G)
+        if self.coupled is not None:
+            x, y, I8 = self._shear(f, axes)
+            _, slope, curvature = self.coupled.terms(I8)
+            both = axes[0][:, None] * axes[1][None]
+            M += slope * (both + both.swapaxes(0, 1))
+            G = dyad(y, axes[0]) + dyad(x, axes[1])
+            add_outer(H, curvature * G, G)
+        add_identity(H, a)
+        add_turned(H, M)

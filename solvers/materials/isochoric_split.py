@@ -1,0 +1,169 @@
+"""Hyperelastic laws whose change of shape and change of volume are apart: psi = W(J^(-1/3) F) + K/2 g(J)^2.
+
+To add one: a dataclass with its constants on `OfBarInvariants` (isochoric_invariants.py), which has W of the first two
+invariants, or on `OfStretches` (principal_stretches.py), which has W of principal stretches, and one line in
+MATERIALS. Young's modulus and Poisson's ratio at rest, parts for selective integration and for pressures, and g
+follow.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from softmark.ranges import Unfit
+from softmark.records import dataclass
+from softmark.solvers.materials.isotropic_material import Isotropic, is_array, within
+from softmark.solvers.materials.principal_axes_law import swollen
+from softmark.solvers.materials.two_invariant_law import OfInvariants
+from softmark.solvers.materials.volumetric_constraints import LogarithmicVolume, OfVolume, ReciprocalVolume, VolumeRatio
+from softmark.solvers.runtime.scalar_or_array import like, where
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Array, Law
+    from softmark.solvers.materials.volumetric_constraints import Constraint
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+LATER: Any = None  # a number once the object is made
+VOLUMETRIC: dict[str, type[OfVolume]] = {
+    "squared": VolumeRatio,
+    "logarithmic": LogarithmicVolume,
+    "reciprocal": ReciprocalVolume,
+}
+
+
+@dataclass(frozen=True)
+class Isochoric(Isotropic):
+    """A hyperelastic solid with shape and volume apart.
+
+    What resists a change of volume is said by Poisson's ratio at rest, 0.5 for none, or by the bulk modulus in its
+    place, one of the two. Young's modulus at rest follows from the constants.
+    """
+
+    young: float = field(init=False, repr=False, compare=False)
+    poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio at rest, or `bulk` in its place"] = field(
+        default=LATER, kw_only=True
+    )
+    density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"] = field(kw_only=True)
+    bulk: Annotated[float | None, "Pa in (0, inf)", "bulk modulus at rest, in place of `poisson`"] = field(
+        default=None, kw_only=True
+    )
+    volumetric: Annotated[
+        Literal["squared", "logarithmic", "reciprocal"],
+        "energy of a change of volume: K/2 g^2 with g = J - 1, ln J or (J - 1/J)/2",
+    ] = field(default="squared", kw_only=True)
+    varying = ("density",)  # type: ignore[assignment]
+    either = (("poisson", "bulk"),)  # of each of these fields a scene gives exactly one
+
+    powerless = ("", "the solid has no shear modulus at rest", "nothing resists", "constants must resist a small shear")
+
+    @property
+    @abstractmethod
+    def rest_shear(self) -> float:
+        """The shear modulus of the undeformed solid, Pa, by the constants of the law."""
+
+    @abstractmethod
+    def with_bulk(self, modulus: Any) -> Law:
+        """The law with a bulk modulus in Pa."""
+
+    def __post_init__(self) -> None:
+        """Young's modulus follows, and where there is `bulk`, Poisson's ratio. Raises ValueError without either."""
+        mu, nu = self.rest_shear, self.poisson
+        if nu is None and self.bulk is None:
+            raise ValueError(f"{type(self).__name__} needs `poisson` or `bulk`")
+        if not np.all(mu > 0.0) if is_array(mu) else not mu > 0.0:
+            raise Unfit(*self.powerless)
+        if self.bulk is not None:
+            nu = (3.0 * self.bulk - 2.0 * mu) / (6.0 * self.bulk + 2.0 * mu)
+            object.__setattr__(self, "poisson", nu)
+        object.__setattr__(self, "young", 2.0 * mu * (1.0 + nu))
+
+    @property
+    def polyconvex(self) -> bool:  # type: ignore[override]
+        """Whether the energy of the shape is, with `squared`.
+
+        (ln J)^2 is not convex; that of `reciprocal` is, but not of points that share a pressure.
+        """
+        return self.volumetric == "squared" and self.convex
+
+    @property
+    def convex(self) -> bool:
+        """Whether the energy of a change of shape is known to be polyconvex by its constants."""
+        return False
+
+    @property
+    def steady_above(self) -> float:  # type: ignore[override]
+        """(ln J)^2 and (J - 1/J)^2 are convex by ln J, (J - 1)^2 above 1/2."""
+        if not self.rising:
+            return math.inf
+        return 0.5 if self.volumetric == "squared" else 0.0
+
+    @property
+    def rising(self) -> bool:
+        """Whether the energy of a change of shape is known to be convex by logarithms of stretches."""
+        return False
+
+    @property
+    def constraint(self) -> OfVolume:
+        """g."""
+        return VOLUMETRIC[self.volumetric]()
+
+    def finite_law(self) -> Law | None:
+        """All of it."""
+        return self.with_bulk(self.bulk_modulus)
+
+    def isochoric(self) -> Law:
+        """Without what K holds."""
+        return self.with_bulk(0.0)
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """The shape keeps 5 mu/3 of K, as much as at nu = 1/4: without any it would be unstable in tension."""
+        kept = (2.0 / 3.0 + within(-1.0, self._ratio, 1.0)) * self.shear_modulus
+        return self.with_bulk(kept), Swelling(self.constraint, self.bulk_modulus - kept)
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """The shape keeps `local_lambda` for lam."""
+        return self.with_bulk(self.local_lambda + 2.0 / 3.0 * self.shear_modulus), self.constraint
+
+
+@dataclass(frozen=True)
+class Swelling(OfInvariants):
+    """K/2 g(J)^2 alone; `modulus` is K in Pa."""
+
+    constraint: OfVolume
+    modulus: Any
+
+    def energy(self, stretch: Array, j: Array) -> Array:
+        g = self.constraint.of(j)[0]
+        found: Array = where(j > -1.0, 0.5 * self.modulus * g * g, math.inf)
+        return found
+
+    def slopes(self, stretch: Array, j: Array) -> tuple[Array, Array]:
+        return like(j, 0.0), self.modulus * resisting(self.constraint, j)[0]
+
+    def curvatures(self, stretch: Array, j: Array) -> tuple[Array | None, Array]:
+        return None, self.modulus * resisting(self.constraint, j)[1]
+
+
+def resisting(constraint: OfVolume, j: Array) -> tuple[Array, Array]:
+    """The first two derivatives of g^2/2 by J (m,), of j = J - 1."""
+    return _slopes(*constraint.of(j))
+
+
+def add_swelling(constraint: OfVolume, modulus: Any, j: Any, tau: list[Any], bent: list[list[Any]]) -> Any:
+    """K/2 g^2, J/m^3, of j = J - 1; tau and its derivative by logarithms of stretches (principal_axes_law.py) += its
+    own.
+    """
+    known, J = constraint.of(j), 1.0 + j
+    g, (swell, stiffen) = known[0], _slopes(*known)
+    swollen(tau, bent, modulus * swell * J, modulus * (swell + stiffen * J) * J)
+    return 0.5 * modulus * g * g
+
+
+def _slopes(g: Array, first: Array, second: Array | None) -> tuple[Array, Array]:
+    return g * first, first * first if second is None else first * first + g * second

@@ -1,0 +1,167 @@
+"""What every isotropic material has: two elastic constants at rest and a density."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from softmark.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Law
+    from softmark.solvers.materials.volumetric_constraints import Constraint
+else:
+    from softmark.solvers.runtime.lazy_modules import np  # so that `dsl explain` needs no numpy
+
+
+@dataclass(frozen=True)
+class Isotropic:
+    """An isotropic elastic solid.
+
+    Young's modulus and Poisson's ratio of the undeformed solid fix its two moduli at rest,
+    mu = E / (2 (1 + nu)) and lam = E nu / ((1 + nu) (1 - 2 nu)). What it does at finite strain is its own.
+    At nu = 0.5 a solid is incompressible: lam and K are infinite, and only models that have pressures of their own, or
+    no volume to keep, as beams, can take it.
+    Each of the three may vary in space: `young = 10 kPa * (1 + z / 5 cm)`, by coordinates before deformation, or
+    `young = field("stiffness.nrrd", unit = 1 kPa)`, or both. Finite elements take them at their points of integration.
+    """
+
+    young: Annotated[float, "Pa in (0, inf)", "Young's modulus of the undeformed solid"]
+    poisson: Annotated[float, "1 in (-1, 0.5]", "Poisson's ratio of the undeformed solid"]
+    density: Annotated[float, "kg/m^3 in (0, inf)", "mass per volume of the undeformed solid"]
+    # What of the two moduli a law keeps, 0 in the parts of a law that is taken apart. No fields: scenes do not see them
+    shear_share = 1.0
+    volume_share = 1.0
+    varying = ("young", "poisson", "density")  # constants that may vary in space
+    thin = False  # in plane stress (plane_stress.py)
+    polyconvex = False  # whether its energy is known to be: no state of it ever gives way (ellipticity.py)
+    steady_above = (
+        math.inf
+    )  # the volume ratio above which its energy is known to be convex by ln V (drucker_stability.py)
+    # of a stress that relaxes: its shares, and times in s (viscoelastic.py)
+    branches: ClassVar[tuple[tuple[float, float], ...]] = ()
+
+    @property
+    def gives_way(self) -> tuple[str, str] | None:
+        """The constant by which its energy cannot be polyconvex at finite strain, and why; None of most."""
+        return None
+
+    @property
+    def ends(self) -> str | None:
+        """Where its law ends, in words, if there are states that it does not have for any force; None of most."""
+        return None
+
+    @property
+    def shear_modulus(self) -> float:
+        """mu = E / (2 (1 + nu)), Pa."""
+        return self.shear_share * (self.young / (2.0 * (1.0 + self.poisson)))
+
+    @property
+    def lame_lambda(self) -> float:
+        """lam = E nu / ((1 + nu) (1 - 2 nu)), Pa; infinite at nu = 0.5."""
+        if self.incompressible:
+            return self._beyond_measure
+        lam = _over(self.young * self.poisson, (1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+        return self.volume_share * lam if self.volume_share else 0.0
+
+    @property
+    def bulk_modulus(self) -> float:
+        """K = lam + 2 mu / 3 = E / (3 (1 - 2 nu)), Pa; infinite at nu = 0.5."""
+        if self.incompressible:
+            return self._beyond_measure
+        whole = _over(self.young, 3.0 * (1.0 - 2.0 * self.poisson))
+        return self.volume_share * whole if self.volume_share else 0.0
+
+    @property
+    def pressure_modulus(self) -> float:
+        """M of `finite_mixed`, Pa; infinite at nu = 0.5."""
+        return self.lame_lambda - self.local_lambda
+
+    @property
+    def local_lambda(self) -> float:
+        """What of lam stays at every point of a cell where a pressure takes the rest, Pa: of `finite_mixed`.
+
+        A pressure holds the volume of a cell in the mean, and between its points volumes may still trade. What resists
+        that is the rest of the law alone, and with all of K taken away (lam - K = -2 mu/3) it gives way: stretched by
+        t, a neo-Hookean solid resists strains h along its axes by mu sum (b_i + 1/t) h_i^2 - 2 mu/3 (tr h)^2, b = (t^2,
+        1/t, 1/t), which is indefinite for every t > 1. So mu/3 of lam stays, with which K there is mu and nothing
+        locks: what grad-div stabilisation adds to Taylor and Hood's elements (Olshanskii and Reusken 2004, "Grad-div
+        stabilization for Stokes equations"). With less than lam = 4 mu/3 (nu = 2/7) the pressure keeps mu, or all of K
+        where K is less.
+        """
+        kept: float = self.shear_modulus * within(-2.0 / 3.0, self._ratio - 1.0, 1.0 / 3.0)
+        return kept
+
+    @property
+    def _ratio(self) -> float:
+        """lam / mu, infinite at nu = 0.5."""
+        return math.inf if self.incompressible else _over(2.0 * self.poisson, 1.0 - 2.0 * self.poisson)
+
+    @property
+    def incompressible(self) -> bool:
+        """Whether its volume cannot change at all: nu = 0.5, or so near that a double cannot hold 1/K."""
+        spare: Any = 1.0 - 2.0 * self.poisson
+        return bool((spare <= 0.0).all() if is_array(spare) else spare <= 0.0)
+
+    @property
+    def uniform(self) -> bool:
+        """Whether each of its constants is one number, the same everywhere."""
+        return all(isinstance(value, float | int) for value in constants(self).values())
+
+    @property
+    def sampled(self) -> bool:
+        """Whether constants of it are arrays, a value for every point of integration (heterogeneous.py)."""
+        return any(is_array(value) for value in constants(self).values())
+
+    @property
+    def _beyond_measure(self) -> float:
+        return math.inf if self.volume_share else 0.0
+
+    def finite_law(self) -> Law | None:
+        """The material's law at finite strain; None where it has none."""
+        return None
+
+    def finite_parts(self) -> tuple[Law, Law] | None:
+        """Two laws at finite strain that add up to the law: of the shear modulus, and of what holds the volume.
+
+        None where there is no such law, or where it does not come apart.
+        """
+        return None
+
+    def isochoric(self) -> Law | None:
+        """The part of the law at finite strain that knows of changes of shape alone, F / J^(1/3); None without such."""
+        return None
+
+    def finite_mixed(self) -> tuple[Law, Constraint] | None:
+        """The law at finite strain less M/2 g^2, and g, the constraint that measures its change of volume.
+
+        M is lam - `local_lambda`.
+
+        None where there is no such law, or where its part of the volume is no such square.
+        """
+        return None
+
+
+def constants(material: Any) -> dict[str, Any]:
+    """The constants of a material that may vary, by their names."""
+    return {name: getattr(material, name) for name in material.varying}
+
+
+def is_array(value: Any) -> bool:
+    """Whether it is one for each of several points; asked without numpy."""
+    return bool(getattr(value, "shape", ()))
+
+
+def within(low: float, value: Any, high: float) -> Any:
+    """The nearest number between two bounds, of each."""
+    return np.clip(value, low, high) if is_array(value) else max(low, min(high, value))
+
+
+def _over(a: Any, b: Any) -> Any:
+    """a / b; infinite at those of several points where b is zero."""
+    if not is_array(b):
+        return a / b
+    with np.errstate(divide="ignore"):
+        return a / b

@@ -1,0 +1,184 @@
+"""What a spring of a series stores and loses at finite strain.
+
+With Q = g S(0) - H, the stress that a branch has lost, the law of a branch is dQ/dt = (g S(0) - Q) / tau, and its
+energy per share is W(C) - q : C/2 + sup over C' of (q : C'/2 - W(C')), q = Q/g; where W is of shape alone, over C' that
+keep the volume. The sup is at C', in which the branch is at rest; (C - C') : (S(0)(C) - q) / 2 tau is what it
+dissipates. Where every C is at rest under its own stress that is never negative. Of W that rises with I1 of a change of
+shape, and is convex, it is so, and C' = lam (2 W' 1 - q)^-1 (`OfFirst`).
+Source: the free energy of Simo (1987), equation 3.12, with the energy of Q that makes every state of rest one of no
+dissipation; S is `measures.Shape`'s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from softmark.records import dataclass
+from softmark.solvers.materials.isochoric_invariants import OfBarInvariants
+from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Array, Law
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+DOUBLED = 60  # times: how far a bracket of I1 - 3 is widened at most
+HALVED = 100  # times at most: what is left of it then
+
+
+@dataclass(frozen=True)
+class OfFirst:
+    """W of i = I1 - 3 of C that keeps the volume: its energy (n,), J/m^3, and twice its slope, Pa; no number beyond."""
+
+    energy: Callable[[Array], Array]
+    slope: Callable[[Array], Array]
+    even: bool  # whether the slope is the same everywhere
+    keeps = True
+
+    def stress(self, C: Array) -> Array:
+        """S(0) of C (n, 3, 3), Pa."""
+        i = np.einsum("nii->n", C) - 3.0
+        y = self.slope(i)[:, None, None]
+        found: Array = y * (np.eye(3) - (i[:, None, None] / 3.0 + 1.0) * np.linalg.inv(C))
+        return found
+
+    def resting(self, q: Array) -> Array:
+        """C' (n, 3, 3), of q (n, 3, 3), Pa."""
+        values, axes = np.linalg.eigh(q)
+        y = self.slope(np.zeros(len(q))) if self.even else self._slopes(values)
+        each = 1.0 / (y[:, None] - values)
+        each /= np.cbrt(each.prod(axis=1))[:, None]
+        found: Array = (axes * each[:, None, :]) @ axes.swapaxes(1, 2)
+        return found
+
+    def _slopes(self, q: Array) -> Array:
+        """2 W' at C' (n,), Pa, of the eigenvalues of q (n, 3): that of I1 of C' is itself, by halving."""
+
+        def above(i: Array) -> Array:  # whether I1 of the shape that its slope gives lies above i + 3
+            with np.errstate(all="ignore"):
+                y = self.slope(i)
+                each = 1.0 / (y[:, None] - q)
+                own = each.sum(axis=1) / np.cbrt(each.prod(axis=1)) - 3.0
+                found: Array = np.isfinite(y) & ((y <= q[:, 2]) | (own > i))
+            return found
+
+        low, high = np.zeros(len(q)), np.full(len(q), 1.0)
+        for _ in range(DOUBLED):
+            if not (more := above(high)).any():
+                break
+            low, high = np.where(more, high, low), np.where(more, 2.0 * high, high)
+        for _ in range(HALVED):
+            half = 0.5 * (low + high)
+            if ((half <= low) | (half >= high)).all():
+                break
+            up = above(half)
+            low, high = np.where(up, half, low), np.where(up, high, half)
+        return self.slope(low)
+
+    def stored(self, C: Array, q: Array) -> Array:
+        """The energy of a spring per share of C (n, 3, 3) where q (n, 3, 3), Pa, is lost (n,), J/m^3."""
+        rest = self.resting(q)
+        i, j = (np.einsum("nii->n", A) - 3.0 for A in (C, rest))
+        found: Array = self.energy(i) - self.energy(j) - 0.5 * np.einsum("nij,nij->n", q, C - rest)
+        return np.maximum(found, 0.0)  # of rounding
+
+    def rate(self, C: Array, q: Array) -> Array:
+        """(C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times what is dissipated per share, never negative."""
+        found: Array = 0.5 * np.einsum("nij,nij->n", C - self.resting(q), self.stress(C) - q)
+        return np.maximum(found, 0.0)  # of rounding
+
+
+@dataclass(frozen=True)
+class OfAny:
+    """W of any isotropic `law`: C' has the axes of q, and its stretches are found by Newton's method.
+
+    Two of a law of shape alone, where C' `keeps` its volume, or three. Where none is found, as of a law that is not
+    convex there, what is stored and lost is no number.
+    """
+
+    law: Law
+    mu: float
+    keeps: bool
+
+    def stored(self, C: Array, q: Array) -> Array:
+        """The energy of a spring per share of C (n, 3, 3) where q (n, 3, 3), Pa, is lost (n,), J/m^3."""
+        e, rest = self._resting(q)
+        own = self.law.psi(_root(C)) - self.law.psi(_diagonal(np.exp(0.5 * e)))
+        found: Array = own - 0.5 * np.einsum("nij,nij->n", q, C - rest)
+        return found
+
+    def rate(self, C: Array, q: Array) -> Array:
+        """(C - C') : (S(0)(C) - q)/2 (n,), J/m^3: tau times what is dissipated per share."""
+        F = _root(C)
+        S = np.linalg.solve(F, self.law.P(F))
+        found: Array = 0.5 * np.einsum("nij,nij->n", C - self._resting(q)[1], S - q)
+        return found
+
+    def _resting(self, q: Array) -> tuple[Array, Array]:
+        """Logarithms of the eigenvalues of C' (n, 3), and C' (n, 3, 3)."""
+        values, axes = np.linalg.eigh(q)
+        with np.errstate(all="ignore"):
+            e = self._rest(values)
+        return e, (axes * np.exp(e)[:, None, :]) @ axes.swapaxes(1, 2)
+
+    def _rest(self, q: Array) -> Array:
+        """Logarithms of the eigenvalues of C' (n, 3), of those of q (n, 3), Pa."""
+        ways = np.array(ACROSS if self.keeps else (*ACROSS, ALL))
+        e, found = np.zeros_like(q), np.zeros(len(q), dtype=bool)
+        for _ in range(STEPS):
+            slope = self._slope(e, q)
+            sides = [(self._slope(e + NEAR * way, q) - slope) / NEAR for way in ways]
+            g, K = slope @ ways.T, np.stack([side @ ways.T for side in sides], axis=2)
+            low, V = np.linalg.eigh(np.nan_to_num(0.5 * (K + K.swapaxes(1, 2))))
+            size = self.mu + np.abs(q).max(axis=1)
+            found = (np.abs(slope).max(axis=1) <= FLAT * size) & (low.min(axis=1) > 0.0)
+            if found.all():
+                break
+            step = -np.einsum("nab,nb,ncb,nc->na", V, 1.0 / np.maximum(np.abs(low), SOFT * self.mu), V, g)
+            step *= np.minimum(1.0, FAR / np.maximum(np.abs(step).max(axis=1), FAR))[:, None]
+            e = e + np.where(found[:, None], 0.0, step @ ways)
+        e[~found] = np.nan
+        return e
+
+    def _slope(self, e: Array, q: Array) -> Array:
+        """d(W - q : C/2)/de (n, 3), Pa."""
+        c = np.exp(e)
+        P = self.law.P(_diagonal(np.sqrt(c)))
+        found: Array = 0.5 * (np.sqrt(c) * np.einsum("nii->ni", P) - q * c)
+        return found - found.mean(axis=1, keepdims=True) if self.keeps else found
+
+
+STEPS, FLAT, NEAR, SOFT, FAR = 40, 1e-9, 1e-6, 1e-3, 0.5  # of `OfAny`: iterations, slope, side steps, curvature, step
+ACROSS = ((0.5**0.5, -(0.5**0.5), 0.0), (6.0**-0.5, 6.0**-0.5, -2.0 * 6.0**-0.5))  # what keeps the volume
+ALL = (3.0**-0.5, 3.0**-0.5, 3.0**-0.5)
+
+
+def _diagonal(values: Array) -> Array:
+    found: Array = values[:, :, None] * np.eye(3)
+    return found
+
+
+def _root(C: Array) -> Array:
+    """The symmetric root of C (n, 3, 3)."""
+    values, axes = np.linalg.eigh(C)
+    found: Array = (axes * np.sqrt(values)[:, None, :]) @ axes.swapaxes(1, 2)
+    return found
+
+
+def of_first(material: Any) -> OfFirst | None:
+    """What is known of a material; None of one whose W knows more than I1, or neither rises nor is convex for sure."""
+    if isinstance(material, NeoHookeanIsochoric):
+        mu: float = material.shear_modulus
+        return OfFirst(lambda i: 0.5 * mu * i, lambda i: np.full(i.shape, mu), True)
+    if not isinstance(material, OfBarInvariants) or material.second or not material.convex:
+        return None
+    own: OfBarInvariants = material
+
+    def slope(i: Array) -> Array:
+        found: Array = 2.0 * np.broadcast_to(own.slopes(i, i)[0], i.shape)
+        return found
+
+    return OfFirst(lambda i: own.energy(i, i), slope, False)

@@ -1,0 +1,168 @@
+"""The rotation nearest to F and the principal axes of F, for every F: stretched, flat or inside out.
+
+F = R S with det R = +1 and S symmetric. Where det F < 0 the smallest principal stretch is negative (Irving,
+Teran, Fedkiw 2004): R stays the rotation that maximises tr(R^T F), and is continuous through inversion.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from softmark.solvers.materials.tensor_components import (
+    add_diagonal,
+    cofactor,
+    components,
+    determinant,
+    inner,
+    product,
+    transposed,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.materials.constitutive_law import Array
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+GAP = 1e-6  # of (s1 + s2)(s2 + s3)(s3 + s1) / |F|^3: below it the singular value decomposition takes over
+FINE = 1e-7  # a step or a defect whose square is below round-off: what one more step leaves
+
+
+def rotations(F: Array) -> Array:
+    """The rotations (m, 3, 3) nearest to F (m, 3, 3)."""
+    return np.ascontiguousarray(rotation(components(F)).transpose(2, 0, 1))
+
+
+def rotation(f: Array) -> Array:
+    """R (3, 3, m), the rotation nearest to F (3, 3, m), to a few units of round-off over s2 + s3.
+
+    With g = F/|F| and the invariants I, II, III of S: R (I II - III) = I cof g + (I^2 - II) g - g g^T g, by
+    Cayley-Hamilton, where I = s1 + s2 + s3 is the largest root of a quartic (Lin, Chitalu, Komura 2022,
+    "Isotropic ARAP energy using Cauchy-Green invariants"). An error of I leaves R times a symmetric matrix,
+    which one Newton-Schulz step removes. Rows near the singular set s2 + s3 = 0, where R is not unique, are
+    decomposed one by one. NaN where F is not finite.
+    """
+    norm = np.sqrt(inner(f, f))
+    g = f / norm
+    cof = cofactor(g)
+    I, gap, step = _stretch_sum(cof, determinant(g, cof))
+    r = cof * I
+    r += g * (0.5 * (I * I + 1.0))  # I^2 - II, as II = (I^2 - |g|^2)/2
+    r -= product(g, product(transposed(g), g))
+    r /= gap
+    defect = _orthonormalise(r)
+    fine = _fine(f)
+    regular = (gap > GAP) & (step < 10.0 * fine) & (defect < fine)
+    if not regular.all():
+        finite = np.isfinite(norm)
+        r[:, :, ~finite] = np.nan
+        _decompose(f, r, np.flatnonzero(~regular & finite))
+    return r
+
+
+def _fine(a: Array) -> float:
+    return max(FINE, 8.0 * float(np.finfo(a.dtype).eps))
+
+
+def _stretch_sum(cof: Array, det: Array) -> tuple[Array, Array, Array]:
+    """I = s1 + s2 + s3 (m,) for |g| = 1, then I II - III, and the last Newton step.
+
+    Largest root of (x^2 - 1)^2 = 8 det x + 4 |cof|^2, from above, where Newton's method cannot overshoot: all
+    four roots +-s1 +-s2 +-s3 (even number of minuses) are real. The start is a bound as x <= sqrt(3).
+    """
+    q = 4.0 * inner(cof, cof)
+    x = np.sqrt(1.0 + np.sqrt(q + 8.0 * np.sqrt(3.0) * np.maximum(det, 0.0)))
+    fine = _fine(x)
+    for _ in range(12):
+        y = x * x - 1.0
+        step = (y * y - 8.0 * det * x - q) / (4.0 * x * y - 8.0 * det)
+        x -= step
+        if not (np.abs(step) > fine).any():
+            break
+    return x, 0.5 * x * (x * x - 1.0) - det, np.abs(step)
+
+
+def _orthonormalise(r: Array) -> Array:
+    """R <- R (3 I - R^T R)/2 until orthonormal, in place; returns |R^T R - I| (m,) before the last step."""
+    for _ in range(3):
+        e = add_diagonal(product(transposed(r), r), -1.0)
+        r -= 0.5 * product(r, e)
+        defect: Array = np.abs(e).reshape(9, -1).max(axis=0)
+        if not (defect > 1e-8).any():  # quadratic: what is left is below round-off
+            break
+    return defect
+
+
+def _decompose(f: Array, r: Array, rows: NDArray[np.intp]) -> None:
+    """R = U V^T of the singular value decomposition, last axis turned where det (U V^T) = -1, in place."""
+    if len(rows):
+        U, _, Vt = np.linalg.svd(f[:, :, rows].transpose(2, 0, 1))
+        U[:, :, 2] *= np.sign(np.linalg.det(U) * np.linalg.det(Vt))[:, None]
+        r[:, :, rows] = components(U @ Vt)
+
+
+def stretch(r: Array, f: Array) -> Array:
+    """S = R^T F (3, 3, m), made exactly symmetric."""
+    s = product(transposed(r), f)
+    return 0.5 * (s + transposed(s))
+
+
+def stretches(f: Array) -> Array:
+    """The principal stretches (3, m) of f (3, 3, m), unordered and of double precision."""
+    found: Array = np.sqrt(np.maximum(spectrum(np.einsum("iJm,iKm->JKm", f, f))[0], 0.0)) * np.ones((3, 1))
+    return found
+
+
+def spectrum(a: Array) -> tuple[Array, Array]:
+    """Eigenvalues (3, m), unordered, and eigenvectors v[:, k] (3, 3, m) of symmetric a (3, 3, m).
+
+    Cyclic Jacobi rotations (Golub, Van Loan 2013, section 8.5): accurate to round-off of |a| also where
+    eigenvalues repeat, unlike closed forms.
+    """
+    a = a.copy()
+    v = add_diagonal(np.zeros_like(a), 1.0)
+    floor = 0.45 * np.finfo(a.dtype).eps * np.sqrt(inner(a, a))
+    for _ in range(8):
+        for p, q, other in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
+            _annihilate(a, v, p, q, other)
+        if not (np.abs(a[0, 1]) + np.abs(a[0, 2]) + np.abs(a[1, 2]) > floor).any():
+            break
+    return np.stack((a[0, 0], a[1, 1], a[2, 2])), v
+
+
+def _annihilate(a: Array, v: Array, p: int, q: int, other: int) -> None:
+    """One Jacobi rotation of the p-q plane that makes a_pq zero; only the upper triangle of a is kept."""
+    apq = a[p, q].copy()
+    d = a[q, q] - a[p, p]
+    tiny = np.finfo(a.dtype).tiny  # keeps 0/0 away where a matrix is diagonal already
+    t = 2.0 * apq / (d + np.copysign(np.sqrt(d * d + 4.0 * apq * apq + tiny), d))
+    c = 1.0 / np.sqrt(1.0 + t * t)
+    s = t * c
+    a[p, p] -= t * apq
+    a[q, q] += t * apq
+    a[p, q] = 0.0
+    _turn(_entry(a, p, other), _entry(a, q, other), c, s)
+    _turn(v[:, p], v[:, q], c, s)
+
+
+def _entry(a: Array, i: int, j: int) -> Array:
+    """The stored copy of a_ij = a_ji."""
+    entry: Array = a[min(i, j), max(i, j)]
+    return entry
+
+
+def _turn(x: Array, y: Array, c: Array, s: Array) -> None:
+    """(x, y) <- (c x - s y, s x + c y), in place."""
+    old = x.copy()
+    x *= c
+    x -= s * y
+    y *= c
+    y += s * old
+
+
+def least_stretch(F: Array) -> float:
+    """The least principal stretch among deformation gradients (n, 3, 3), negative where one is inside out."""
+    least = np.sqrt(np.maximum(np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)[:, 0], 0.0))
+    return float((np.sign(np.linalg.det(F)) * least).min(initial=1.0))

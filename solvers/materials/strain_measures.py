@@ -1,0 +1,165 @@
+"""Measures of strain that a stress which is held can work with: H : E(F), its derivative by F, and the second one.
+
+Where strains are small E is their own; with a rotation taken off, U - 1 of F = R U (Biot's); (C - 1)/2 with C = F^T F
+(Green's), and of the change of shape alone, with J^(-2/3) C in place of C. Turned by a rotation none of the last three
+changes, and so neither does what is held.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from softmark.records import dataclass
+from softmark.solvers.materials.corotational import FLOOR
+from softmark.solvers.materials.polar_decomposition import rotations
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Array, Law
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+
+class Measure(Protocol):
+    """A measure of strain E (n, 3, 3), over deformation gradients F (n, 3, 3), and stresses H (n, 3, 3), Pa, of it."""
+
+    def strain(self, F: Array) -> Array:
+        """E."""
+
+    def stress(self, law: Law, F: Array) -> Array:
+        """The stress of an isotropic law that works with it, Pa: its P is `pulled` of this."""
+
+    def pulled(self, F: Array, H: Array) -> Array:
+        """d(H : E)/dF, Pa: a first Piola-Kirchhoff stress."""
+
+    def add_tangent(self, F: Array, H: Array, A: Array) -> None:
+        """A (n, 3, 3, 3, 3) += d2(H : E)/dF dF, Pa."""
+
+
+@dataclass(frozen=True)
+class Small:
+    """The strain of small displacements."""
+
+    def strain(self, F: Array) -> Array:
+        return _even(F - np.eye(3))
+
+    def stress(self, law: Law, F: Array) -> Array:
+        return law.P(F)
+
+    def pulled(self, F: Array, H: Array) -> Array:
+        return H
+
+    def add_tangent(self, F: Array, H: Array, A: Array) -> None:
+        """Nothing."""
+
+
+@dataclass(frozen=True)
+class Green:
+    """(F^T F - 1)/2, with the second Piola-Kirchhoff stress."""
+
+    def strain(self, F: Array) -> Array:
+        H = F - np.eye(3)
+        return _even(H) + 0.5 * (_turned(H) @ H)
+
+    def stress(self, law: Law, F: Array) -> Array:
+        S: Any = np.linalg.solve(F, law.P(F))
+        return _even(S)
+
+    def pulled(self, F: Array, H: Array) -> Array:
+        found: Array = F @ H
+        return found
+
+    def add_tangent(self, F: Array, H: Array, A: Array) -> None:
+        for i in range(3):
+            A[:, i, :, i, :] += H
+
+
+@dataclass(frozen=True)
+class Shape:
+    """(J^(-2/3) F^T F - 1)/2, with J^(2/3) times the second Piola-Kirchhoff stress of a law of shape alone.
+
+    Source: Simo (1987), Comput. Methods Appl. Mech. Eng. 60:153, equation 3.8.
+    """
+
+    def strain(self, F: Array) -> Array:
+        log = np.log(np.linalg.det(F))[:, None, None]
+        found: Array = np.exp(-2.0 / 3.0 * log) * Green().strain(F) + 0.5 * np.expm1(-2.0 / 3.0 * log) * np.eye(3)
+        return found
+
+    def stress(self, law: Law, F: Array) -> Array:
+        found: Array = np.linalg.det(F)[:, None, None] ** (2.0 / 3.0) * Green().stress(law, F)
+        return found
+
+    def pulled(self, F: Array, H: Array) -> Array:
+        """J^(-2/3) (F H - (H : C)/3 F^-T)."""
+        a, FH, G, held = self._parts(F, H)
+        found: Array = a[:, None, None] * (FH - held[:, None, None] / 3.0 * G)
+        return found
+
+    def add_tangent(self, F: Array, H: Array, A: Array) -> None:
+        a, FH, G, held = self._parts(F, H)
+        mixed = np.einsum("niJ,nkL->niJkL", FH, G)
+        more = -2.0 / 3.0 * (mixed + mixed.transpose(0, 3, 4, 1, 2))
+        more += np.einsum("n,niJ,nkL->niJkL", 2.0 / 9.0 * held, G, G) + np.einsum("n,niL,nkJ->niJkL", held / 3.0, G, G)
+        for i in range(3):
+            more[:, i, :, i, :] += H
+        A += a[:, None, None, None, None] * more
+
+    @staticmethod
+    def _parts(F: Array, H: Array) -> tuple[Array, Array, Array, Array]:
+        """J^(-2/3) (n,), F H, F^-T, and H : C (n,)."""
+        FH, inverse = F @ H, np.linalg.inv(F)
+        G: Any = inverse.swapaxes(1, 2)
+        return np.linalg.det(F) ** (-2.0 / 3.0), FH, G, np.einsum("nij,nij->n", FH, F)
+
+
+@dataclass(frozen=True)
+class Turned:
+    """U - 1, with Biot's stress R^T P, R the rotation nearest to F.
+
+    H : dU = X : dC with U X + X U = H, so that what is held pulls with 2 F X. In the axes of U, of stretches s, X is
+    H / (s_i + s_j), and its derivative follows from that equation once more.
+    """
+
+    def strain(self, F: Array) -> Array:
+        R = rotations(F)
+        return _even(_turned(R) @ (F - R))
+
+    def stress(self, law: Law, F: Array) -> Array:
+        return _even(_turned(rotations(F)) @ law.P(F))
+
+    def pulled(self, F: Array, H: Array) -> Array:
+        V, sums = self._axes(F)
+        found: Array = 2.0 * F @ (V @ (_turned(V) @ H @ V / sums) @ _turned(V))
+        return found
+
+    def add_tangent(self, F: Array, H: Array, A: Array) -> None:
+        V, sums = self._axes(F)
+        X = _turned(V) @ H @ V / sums
+        T: Any = np.zeros((len(F), 3, 3, 3, 3))  # dX by dC, in the axes of U
+        for a in range(3):
+            T[:, a, :, a, :] -= X / sums[:, a, None, :]
+            T[:, :, a, :, a] -= X / sums[:, None, :, a]
+        T /= sums[:, :, :, None, None]
+        T = 0.5 * (T + T.transpose(0, 1, 2, 4, 3))
+        FV = F @ V
+        A += 4.0 * np.einsum("nia,nabcd,nkc,nJb,nLd->niJkL", FV, T, FV, V, V, optimize=True)
+        whole = 2.0 * V @ X @ _turned(V)
+        for i in range(3):
+            A[:, i, :, i, :] += whole
+
+    @staticmethod
+    def _axes(F: Array) -> tuple[Array, Array]:
+        """The axes of U as columns (n, 3, 3), and s_i + s_j (n, 3, 3), no less than FLOOR."""
+        s, V = np.linalg.eigh(_even(_turned(rotations(F)) @ F))
+        return V, np.maximum(s[:, :, None] + s[:, None, :], FLOOR)
+
+
+def _turned(A: Array) -> Array:
+    return A.swapaxes(1, 2)
+
+
+def _even(A: Array) -> Array:
+    found: Array = 0.5 * (A + _turned(A))
+    return found

@@ -1,0 +1,205 @@
+"""What measures a change of volume in each kind of strain, as a constraint g(F) = 0 that a pressure upholds.
+
+A law whose part of the volume is M/2 g(F)^2 has the same states as p g(F) - p^2 / (2 M) with a pressure p of its own,
+and the latter stays finite where M does not: 1/M = 0 is the incompressible solid, with g = 0. p is in tension positive.
+Sources: Herrmann (1965), "Elasticity equations for incompressible and nearly incompressible materials by a variational
+theorem"; Simo, Taylor and Pister (1985), Comput. Methods Appl. Mech. Eng. 51:177; Bonet and Wood (2008), section 8.5.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.solvers.materials.corotational import add_turning
+from softmark.solvers.materials.polar_decomposition import rotation
+from softmark.solvers.materials.tensor_components import (
+    add_cross,
+    add_diagonal,
+    add_identity,
+    add_outer,
+    cofactor,
+    components,
+    displacement_gradient,
+    inner,
+    trace,
+    volume_change,
+    write_symmetric,
+)
+from softmark.solvers.runtime.scalar_or_array import like, log1p, where
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Array, Law
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+
+class Constraint(ABC):
+    """g and its derivatives over F (m, 3, 3), zero at rest; NaN outside its domain.
+
+    A subclass writes `_value`, `_gradient` and `_add_curvature` on components f (3, 3, m) (see tensor_components.py).
+    """
+
+    @abstractmethod
+    def _value(self, f: Array) -> Array:
+        """g (m,), no unit."""
+
+    @abstractmethod
+    def _gradient(self, f: Array) -> Array:
+        """dg/dF (3, 3, m)."""
+
+    @abstractmethod
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """H (9, 9, m) += p d2g/dF2, on and above the diagonal; p (m,), Pa."""
+
+    def value(self, F: Array) -> Array:
+        """g (m,), no unit."""
+        with np.errstate(all="ignore"):
+            return self._value(components(F))
+
+    def gradient(self, F: Array) -> Array:
+        """dg/dF (m, 3, 3), no unit."""
+        with np.errstate(all="ignore"):
+            return np.ascontiguousarray(self._gradient(components(F)).transpose(2, 0, 1))
+
+    def curvature(self, F: Array, p: Array) -> Array:
+        """p d2g/dF2 (m, 3, 3, 3, 3), Pa, of pressures p (m,)."""
+        f = components(F)
+        H, A = np.zeros((9, 9, len(F)), dtype=f.dtype), np.empty((len(F), 3, 3, 3, 3), dtype=f.dtype)
+        with np.errstate(all="ignore"):
+            self._add_curvature(f, p, H)
+        write_symmetric(H, A)
+        return A
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """A law taken apart: `shape`, what stays at every point, and M/2 g^2 of the constraint g.
+
+    `modulus` is M in Pa, infinite where the solid is incompressible: the bulk modulus K where strains are small or
+    corotational, else what `Isotropic.local_lambda` leaves of lam.
+    """
+
+    shape: Law
+    constraint: Constraint
+    modulus: float
+
+    @property
+    def compliance(self) -> float:
+        """1/M, 1/Pa; 0 where the solid is incompressible."""
+        return 1.0 / self.modulus
+
+
+class Dilatation(Constraint):
+    """g = tr eps, of small strains."""
+
+    def _value(self, f: Array) -> Array:
+        """tr (F - I)."""
+        return trace(displacement_gradient(f))
+
+    def _gradient(self, f: Array) -> Array:
+        """I."""
+        return add_diagonal(np.zeros_like(f), 1.0)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """None: g is linear."""
+
+
+class Stretching(Constraint):
+    """g = tr (R^T F - I), R the rotation nearest to F: of small strains in a frame that turns."""
+
+    def _value(self, f: Array) -> Array:
+        """R : (F - R)."""
+        r = rotation(f)
+        return inner(r, f - r)
+
+    def _gradient(self, f: Array) -> Array:
+        """R: what it turns by does not change its product with F."""
+        return rotation(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p dR/dF."""
+        add_turning(H, f, rotation(f), p)
+
+
+class OfVolume(Constraint):
+    """g that knows of J = det F alone: a subclass gives it and two derivatives."""
+
+    @abstractmethod
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """g, dg/dJ and d2g/dJ2 (m,), None where it is zero, of j = J - 1 (m,); g is NaN outside its domain."""
+
+    def _value(self, f: Array) -> Array:
+        """g, accurate near rest."""
+        return self.of(volume_change(displacement_gradient(f)))[0]
+
+    def _gradient(self, f: Array) -> Array:
+        """dg/dJ cof F."""
+        return self.of(volume_change(displacement_gradient(f)))[1] * cofactor(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p (dg/dJ d(cof F)/dF + d2g/dJ2 cof F (x) cof F)."""
+        _, first, second = self.of(volume_change(displacement_gradient(f)))
+        add_cross(H, (p * first) * f)
+        if second is not None:
+            C = cofactor(f).reshape(9, -1)
+            add_outer(H, (p * second) * C, C)
+
+
+class VolumeRatio(OfVolume):
+    """g = J - 1."""
+
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """J - 1, 1 and 0."""
+        return j, like(j, 1.0), None
+
+    def _gradient(self, f: Array) -> Array:
+        """cof F, without J."""
+        return cofactor(f)
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p d(cof F)/dF."""
+        add_cross(H, p * f)
+
+
+class LogarithmicVolume(OfVolume):
+    """g = ln J, for J > 0."""
+
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """ln J, 1/J and -1/J^2; NaN where J <= 0."""
+        first = 1.0 / (1.0 + j)
+        return log1p(where(j > -1.0, j, math.nan)), first, -first * first
+
+
+class ReciprocalVolume(OfVolume):
+    """g = (J - 1/J)/2, for J > 0: as much for a volume that is halved as for one that is doubled.
+
+    K/2 g^2 = K/8 (J^2 + J^-2 - 2). Source: Hartmann and Neff (2003), "Polyconvexity of generalized polynomial-type
+    hyperelastic strain energy functions for near-incompressibility", the family K/(2 n^2) (J^n + J^-n - 2) with n = 2.
+    """
+
+    def of(self, j: Array) -> tuple[Array, Array, Array | None]:
+        """(J - 1/J)/2, (1 + 1/J^2)/2 and -1/J^3; NaN where J <= 0."""
+        inverse = 1.0 / where(j > -1.0, 1.0 + j, math.nan)
+        return 0.5 * j * (1.0 + inverse), 0.5 * (1.0 + inverse**2), -(inverse**3)
+
+
+class GreenDilatation(Constraint):
+    """g = tr E, E = (F^T F - I)/2: what the St Venant-Kirchhoff law takes for a change of volume."""
+
+    def _value(self, f: Array) -> Array:
+        """tr h + h : h / 2, h = F - I."""
+        h = displacement_gradient(f)
+        return trace(h) + 0.5 * inner(h, h)
+
+    def _gradient(self, f: Array) -> Array:
+        """F."""
+        return f
+
+    def _add_curvature(self, f: Array, p: Array, H: Array) -> None:
+        """p times the identity."""
+        add_identity(H, p)

@@ -1,0 +1,40 @@
+"""The series of Young's modulus of a solid whose shear modulus relaxes, and whose bulk modulus does not.
+
+With s-multiplied transforms G(s) = G0 (1 - sum g a / (s + a)), a = 1 / tau, and E = 9 K G / (3 K + G): its poles are
+the roots of 3 K + G(s) = 0, one above each -a and below the next. So it is a series with as many terms.
+Source: Tschoegl (1989), "The Phenomenological Theory of Linear Viscoelastic Behavior", section 11.1.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.materials.constitutive_law import Array
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+HALVED = 200  # times at most: a root is known to the last digit then
+
+
+def young_series(g: Array, tau: Array, shear: float, bulk: float) -> tuple[Array, Array]:
+    """Shares and times, s, of Young's modulus, from those of the shear modulus (Pa, at once) and K, infinite or not."""
+    if np.isinf(bulk):
+        return g, tau
+    rates, which = np.unique(1.0 / tau, return_inverse=True)
+    shares = np.bincount(which, g)
+    whole = (3.0 * bulk + shear) / shear
+    low, high = -rates, np.concatenate([[0.0], -rates[:-1]])  # of rates from slow to quick: each root is in between
+    for _ in range(HALVED):
+        r = 0.5 * (low + high)
+        if ((r <= low) | (r >= high)).all():
+            break
+        with np.errstate(divide="ignore"):
+            above = whole - (shares * rates / (r[:, None] + rates)).sum(axis=1) > 0.0
+        low, high = np.where(above, low, r), np.where(above, r, high)
+    slope = (shares * rates / (r[:, None] + rates) ** 2).sum(axis=1)
+    young = 9.0 * bulk * shear / (3.0 * bulk + shear)
+    found: Array = 27.0 * bulk**2 / (shear * slope) / (young * -r)
+    return found, -1.0 / r

@@ -1,0 +1,97 @@
+"""Blocks of hexahedra in the unit ball: shells around a bulged cube, or around a hollow.
+
+The cube is mapped to the ball as Nowell has it (2005, "Mapping a cube to a sphere"), with lines of equal angles along
+the middle circles of its faces; points of the shells lie straight between its surface and the sphere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements import element_of
+from softmark.solvers.mesh.cell_splitting import meshed
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+CORNER, BULGE = 0.65, 0.4  # of the cube: radius of its corners, how far its sides follow the sphere
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Hexahedra (m, 8) of points (n, 3), coloured like a chessboard (n,), 0 or 1."""
+
+    points: Floats
+    cells: Ints
+    colour: Ints
+
+
+def ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
+    """A cube of `side` cells (an even number) along each edge, and shells around it up to the unit sphere.
+
+    With these numbers tetrahedra keep a mean-ratio quality above 0.5 from coarse to fine. More shells lie `beyond`, up
+    to spheres of these radii above 1.
+    """
+    cube, sphere = _cube(side)
+    inner = CORNER * ((1.0 - BULGE) * cube.points / np.sqrt(3.0) + BULGE * sphere)
+    share = np.arange(1, shells + 1) / shells
+    return _wrapped(Blocks(inner, cube.cells, cube.colour), sphere, share, hollow=False, beyond=beyond)
+
+
+def shell(side: int, radii: Sequence[float]) -> Blocks:
+    """Shells of cells between spheres of some radii, outward, the last 1."""
+    cube, sphere = _cube(side)
+    inner = radii[0]
+    share = (np.array(radii[1:]) - inner) / (1.0 - inner)
+    return _wrapped(Blocks(inner * sphere, cube.cells, cube.colour), sphere, share, hollow=True)
+
+
+def _cube(side: int) -> tuple[Blocks, Floats]:
+    """The cube from -1 to 1, and where its points lie in the unit ball (n, 3)."""
+    line = np.sqrt(2.0) * np.sin(0.25 * np.pi * np.linspace(-1.0, 1.0, side + 1))
+    line[[0, -1]] = -1.0, 1.0
+    line[side // 2] = 0.0
+    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    n = np.arange((side + 1) ** 3).reshape(side + 1, side + 1, side + 1)
+    low, high = slice(None, -1), slice(1, None)
+    corners = [(low, low), (high, low), (high, high), (low, high)]
+    cells = np.stack([n[i, j, k] for k in (low, high) for i, j in corners], axis=-1).reshape(-1, 8)
+    x2, y2, z2 = (points**2).T
+    roots = [np.sqrt(1.0 - a / 2.0 - b / 2.0 + a * b / 3.0) for a, b in ((y2, z2), (z2, x2), (x2, y2))]
+    return Blocks(points, cells, np.indices(n.shape).sum(axis=0).ravel() % 2), points * np.stack(roots, axis=1)
+
+
+def _wrapped(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyond: Sequence[float] = ()) -> Blocks:
+    """A core with shells around it, at shares of the way from its surface to the sphere; or these shells alone.
+
+    And beyond, at radii above 1.
+    """
+    quads = Mesh(core.points, core.cells, "hex8").facets
+    rim, own = np.unique(quads, return_inverse=True)
+    own = own.reshape(quads.shape)
+    outer = sphere[rim] / np.linalg.norm(sphere[rim], axis=1)[:, None]
+    points, cells, colour, below = [core.points], [core.cells], [core.colour], rim
+    layers = [core.points[rim] + t * (outer - core.points[rim]) for t in share.tolist()]
+    for k, layer in enumerate([*layers, *(r * outer for r in beyond)], 1):
+        here = len(core.points) + (k - 1) * len(rim) + np.arange(len(rim))
+        points.append(layer)
+        cells.append(np.concatenate([below[own], here[own]], axis=1))
+        colour.append((core.colour[rim] + k) % 2)
+        below = here
+    cells = cells[1:] if hollow else cells
+    return Blocks(np.concatenate(points), np.concatenate(cells), np.concatenate(colour))
+
+
+def filled(blocks: Blocks, kind: str, stretch: tuple[float, ...], origin: tuple[float, ...], kept: int) -> Mesh:
+    """Cells of an element made of blocks that are stretched along x, y and z and moved, m. Raises UnknownElement.
+
+    Of the first `kept` coordinates only what is above the origin.
+    """
+    element = element_of(kind)
+    inside = (blocks.points[blocks.cells][:, :, :kept] >= -1e-9).all(axis=(1, 2))
+    used, cells = np.unique(blocks.cells[inside], return_inverse=True)
+    own = blocks.points[used]
+    own[:, :kept] = np.maximum(own[:, :kept], 0.0)  # planes of symmetry are flat to the last digit
+    points = own * np.array(stretch) + np.array(origin)
+    return meshed(points, cells.reshape(-1, 8).astype(np.int64), blocks.colour[used], element)

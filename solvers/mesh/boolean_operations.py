@@ -1,0 +1,94 @@
+"""Closed surfaces united, taken away and cut: by manifold3d (Apache-2.0), whose results are manifolds."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
+from softmark.solvers.mesh.files.triangle_proximity import ends_of
+from softmark.solvers.mesh.files.watertight_repair import Closed, closed, joined, signed
+from softmark.solvers.mesh.mesh import Floats, Ints
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Side
+
+EMPTY, MISSING, UNFIT, ENDLESS = "E336", "E337", "E338", "E578"
+SAME = 12  # digits, of the extent: faces that differ by rounding lie in one plane
+NOTHING = 1e-9  # of the extent cubed: a volume that is no more is none
+MEANING = {"union": "__add__", "difference": "__sub__", "intersection": "__xor__"}
+
+
+def library() -> Any:
+    """manifold3d. Raises UnreadableMesh where it is not installed."""
+    try:
+        return importlib.import_module("manifold3d")
+    except ImportError:
+        raise UnreadableMesh(
+            "shapes are combined by the package manifold3d, which is not installed",
+            MISSING, 'run `pip install "softmark[solids,meshing]"`',
+        ) from None  # fmt: skip
+
+
+def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints]) -> Closed:
+    """What an operation makes of two closed surfaces: points (n, 3), m, and triangles. Raises UnreadableMesh."""
+    manifold = library()
+    every = np.concatenate([one[0], other[0]])
+    middle, extent = every.mean(axis=0), float(np.linalg.norm(np.ptp(every, axis=0)))
+    first, second = (_solid(manifold, np.round((X - middle) / extent, SAME), t) for X, t in (one, other))
+    found = getattr(manifold.Manifold, MEANING[operation])(first, second)
+    if found.is_empty() or found.volume() <= NOTHING:
+        raise UnreadableMesh(_emptied(operation), EMPTY, "look at their places and sizes: `origin`, `axis`, units")
+    mesh = found.to_mesh64()
+    points = np.array(mesh.vert_properties[:, :3], dtype=np.float64) * extent + middle
+    # Where sides touch it leaves slivers with points next to each other: its own, and no flaw of a file to tell of.
+    surface = closed(*joined(points, np.array(mesh.tri_verts, dtype=np.int64), []))
+    if operation == "difference" and surface.volume >= signed(*one) * (1.0 - NOTHING):
+        raise UnreadableMesh("what is taken away does not meet the rest: nothing is taken", EMPTY,
+                             "look at its place and size: `origin`, `axis`, units")  # fmt: skip
+    return surface
+
+
+def halves(points: Floats, triangles: Ints, sides: Sequence[Side]) -> tuple[Floats, Ints]:
+    """Each triangle (t, 3) in four, new points on curved sides where both ends of an edge are of a triangle there."""
+    edges, number = np.unique(np.sort(ends_of(triangles), axis=1), axis=0, return_inverse=True)
+    number = number.reshape(-1, 3)
+    middles = points[edges].mean(axis=1)
+    for side in sides:
+        own = np.unique(number[side.of(points[triangles])])
+        middles[own] = np.stack(side.onto(tuple(middles[own].T)), axis=1)
+    a, b, c = triangles.T
+    ab, bc, ca = len(points) + number.T
+    four = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    fine = np.stack([np.stack(t, axis=1) for t in four], axis=1).reshape(-1, 3)
+    return np.concatenate([points, middles]), fine.astype(np.int64)
+
+
+def too_many(count: float, facets: float) -> UnreadableMesh:
+    """Why a surface is not made of about so many triangles of a size, m."""
+    return UnreadableMesh(
+        f"its curved sides would be about {count:.1e} triangles of {1e3 * facets:.3g} mm", ENDLESS,
+        "use a larger size of the model, of which facets are half, or larger `facets`",
+    )  # fmt: skip
+
+
+def _emptied(operation: str) -> str:
+    return {
+        "difference": "nothing is left of it: what is taken away holds all of it",
+        "intersection": "nothing is left of it: its parts do not meet",
+    }.get(operation, "it encloses nothing")
+
+
+def _solid(manifold: Any, points: Floats, triangles: Ints) -> Any:
+    """One of them as the library has it. Raises UnreadableMesh where its surface is none that it takes."""
+    mesh = manifold.Mesh64(np.ascontiguousarray(points), np.ascontiguousarray(triangles, dtype=np.uint64))
+    found = manifold.Manifold(mesh)
+    if found.status() != manifold.Error.NoError:
+        raise UnreadableMesh(
+            f"the surface of one of its parts is no closed manifold ({found.status().name})",
+            UNFIT, "mend it in the program that made it, or fill it alone, with `filled`",
+        )  # fmt: skip
+    return found

@@ -1,0 +1,155 @@
+"""Curved sides of shapes: which facets of a mesh stand for them, and where on them a point of such a facet belongs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.conforming_planes import Cut
+from softmark.solvers.mesh.shape import RoundPrism, Side, Vector3, dot, transverse
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.mesh.mesh import Floats
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+TIP = 1e-10  # of a cone's radius: so near to its axis points have no direction away from it
+ON = 1e-6  # of its size: how far off a side a node of it may be, as another mesh of the body may have it
+
+
+@dataclass(frozen=True)
+class Around(Side):
+    """The side of a cylinder: at `radius` around an axis from `origin`, as far as `length`, m."""
+
+    axis: Vector3
+    origin: Vector3
+    length: float
+    radius: float
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """At both ends, m."""
+        return self.radius, self.radius
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        axis, origin = np.array(self.axis), np.array(self.origin)
+        along = (corners - origin) @ axis  # (f, k)
+        radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
+        flat = np.ptp(along, axis=1) < 1e-9 * self.length  # facets of an end
+        within = (along > -ON * self.length).all(axis=1) & (along < (1.0 + ON) * self.length).all(axis=1)
+        found: NDArray[np.bool_] = (np.abs(radii - self.radius) < ON * self.radius).all(axis=1) & ~flat & within
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points off the axis, moved straight away from it."""
+        off = [p - o for p, o in zip(place, self.origin, strict=True)]
+        s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        out = (u**2 + v**2) ** -0.5 * self.radius
+        frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
+        return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
+
+
+@dataclass(frozen=True)
+class Conical(Side):
+    """The side of a cone: at `first` around an axis at `origin`, at `last` a `length` further on, m; one may be zero.
+
+    Points go straight away from the axis.
+    """
+
+    axis: Vector3
+    origin: Vector3
+    length: float
+    first: float
+    last: float
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """At both ends, m."""
+        return self.first, self.last
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        off, largest = corners - np.array(self.origin), max(self.radii)
+        along = off @ np.array(self.axis)  # (f, k)
+        away = np.linalg.norm(off - along[..., None] * np.array(self.axis), axis=2)
+        due = self.first + along * ((self.last - self.first) / self.length)
+        size = math.hypot(largest, self.length)
+        within = (along > -ON * size).all(axis=1) & (along < self.length + ON * size).all(axis=1)
+        flat = np.ptp(along, axis=1) < 1e-9 * self.length
+        found: NDArray[np.bool_] = (np.abs(away - due) < ON * largest).all(axis=1) & within & ~flat
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points moved straight away from the axis; the tip stays where it is."""
+        off = [p - o for p, o in zip(place, self.origin, strict=True)]
+        s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        least = (TIP * max(self.radii)) ** 2
+        out = (u**2 + v**2 + least) ** -0.5 * (s * ((self.last - self.first) / self.length) + self.first)
+        frame = zip(self.origin, self.axis, *transverse(self.axis), strict=True)
+        return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
+
+
+def cylinders(prism: RoundPrism, cuts: tuple[Cut, ...]) -> tuple[Around, ...]:
+    """The cylinders around the axis of a prism that cuts of its radius are."""
+    return tuple(Around(prism.axis, prism.origin, prism.length, cut.at) for cut in cuts if cut.axis == "radius")
+
+
+@dataclass(frozen=True)
+class Ellipsoidal(Side):
+    """An ellipsoid with its axes along x, y and z: semi-axes and centre, m. Points go straight away from the centre."""
+
+    semiaxes: Vector3
+    centre: Vector3
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        unit = np.linalg.norm((corners - np.array(self.centre)) / np.array(self.semiaxes), axis=2)
+        found: NDArray[np.bool_] = (np.abs(unit - 1.0) < ON).all(axis=1)
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points off the centre, moved straight away from it."""
+        off = [p - o for p, o in zip(place, self.centre, strict=True)]
+        x, y, z = ((p * (1.0 / a)) ** 2 for p, a in zip(off, self.semiaxes, strict=True))
+        out = (x + y + z) ** -0.5
+        return tuple(p * out + o for p, o in zip(off, self.centre, strict=True))
+
+
+@dataclass(frozen=True)
+class Toroidal(Side):
+    """The side of a round rod along a circle: at `inner` from a circle of `radius` around an axis through `centre`, m.
+
+    Points go straight away from the circle.
+    """
+
+    axis: Vector3
+    centre: Vector3
+    radius: float
+    inner: float
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it, and not all in one section (f,)."""
+        off = corners - np.array(self.centre)
+        up, x, y = (off @ np.array(e) for e in (self.axis, *transverse(self.axis)))
+        away = np.hypot(np.hypot(x, y) - self.radius, up)
+        turn = np.arctan2(y, x)
+        apart = np.abs(np.remainder(turn - turn[:, :1] + np.pi, 2.0 * np.pi) - np.pi).max(axis=1)
+        found: NDArray[np.bool_] = (np.abs(away - self.inner) < ON * self.inner).all(axis=1) & (apart > 1e-9)
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points off the circle and off the axis, moved straight away from the circle."""
+        off = [p - o for p, o in zip(place, self.centre, strict=True)]
+        up, x, y = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        square = x**2 + y**2
+        back = square**-0.5
+        beyond = square * back - self.radius
+        out = (beyond**2 + up**2) ** -0.5 * self.inner
+        along = (beyond * out + self.radius) * back
+        frame = zip(self.centre, self.axis, *transverse(self.axis), strict=True)
+        return tuple(o + up * out * a + x * along * b + y * along * c for o, a, b, c in frame)

@@ -1,0 +1,149 @@
+"""A body of two shapes that share no node: each is meshed by itself, and only contact or a tie holds them together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.shape import Bounds, Shape, Side, Vector3
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.mesh.conforming_planes import Cut
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.plane_regions import Place
+    from softmark.solvers.mesh.shape import Surface
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+
+@dataclass(frozen=True)
+class Apart(Shape):
+    """Two shapes that are one body in two pieces: they share no node, whether they touch or not.
+
+    Each is meshed by itself, and meshes need not match. `contact c = itself(BODY)` keeps them from passing through each
+    other, `contact c = tied(BODY)` glues them where they lie on each other; without either nothing holds one to the
+    other. `region upper = part(BODY, where = ..., material = ...)` gives one a material of its own. Three shapes are
+    two apart from a third. Both are solids, or both plane regions.
+    """
+
+    gap = "in pieces"
+
+    one: Annotated[Any, "shape", "a shape"]
+    other: Annotated[Any, "shape", "another"]
+    coarser: Annotated[float, "1 in (0, inf)", "how many times as large the cells of the other are"] = 1.0
+
+    @property
+    def pair(self) -> tuple[Any, Any]:
+        """Both."""
+        return self.one, self.other
+
+    @property
+    def flat(self) -> bool:  # type: ignore[override]
+        """Whether they are plane regions; those of files are what the other is."""
+        return any(bool(shape.flat) for shape in self.pair)
+
+    @property
+    def fault(self) -> str:
+        """That of one of them, or that one is plane and the other is not."""
+        found = next((shape.fault for shape in self.pair if shape.fault), "")
+        if found or len({shape.flat for shape in self.pair if not shape.prebuilt}) < 2:
+            return str(found)
+        return "one of its shapes is a plane region and the other is a solid"
+
+    @property
+    def file(self) -> str:
+        """A file that one of them is read from, "" of none."""
+        files: tuple[str, str] = (self.one.file, self.other.file)
+        return files[0] or files[1]
+
+    @property
+    def bounds(self) -> Bounds | None:
+        """Lowest and highest coordinates, m."""
+        a, b = self.one.bounds, self.other.bounds
+        if a is None or b is None:
+            return None
+        ends: list[Any] = [tuple(map(f, a[i], b[i])) for i, f in enumerate((min, max))]
+        return ends[0], ends[1]
+
+    @property
+    def ends(self) -> tuple[Place, Place]:
+        """Lowest and highest x and y of plane regions, m."""
+        (a, b), (c, d) = (_ends(shape) for shape in self.pair)
+        return (min(a[0], c[0]), min(a[1], c[1])), (max(b[0], d[0]), max(b[1], d[1]))
+
+    @property
+    def volume(self) -> float | None:
+        """Of both, m^3, where it is known."""
+        one, other = (shape.volume for shape in self.pair)
+        return None if one is None or other is None else one + other
+
+    @property
+    def lacks(self) -> str:
+        """Why one of them has no mesh of hexahedra."""
+        return str(self.one.lacks or self.other.lacks)
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """Of both."""
+        found: tuple[Side, ...] = (*self.one.sides, *self.other.sides)
+        return found
+
+    @property
+    def _sizes(self) -> tuple[float, float]:
+        return 1.0, self.coarser
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether one of them holds a point."""
+        return any(shape.contains(point) for shape in self.pair)
+
+    def slice(self, depth: float) -> Apart:
+        """Of plane regions the slices, so thick (m)."""
+        return Apart(_sliced(self.one, depth), _sliced(self.other, depth), self.coarser)
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
+        """Cells of both along their directions; None where a size does not say."""
+        both = [shape.counts(by * size) for shape, by in zip(self.pair, self._sizes, strict=True)]
+        return None if None in both else (*both[0], *both[1])
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Both meshes, one after the other, uncut. Raises UnknownElement, UnreadableMesh where they overlap."""
+        from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, at, overlap
+        from softmark.solvers.mesh.mesh import Mesh
+
+        a, b = (shape.mesh(kind, by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
+        points, cells = np.concatenate([a.points, b.points]), np.concatenate([a.cells, b.cells + len(a.points)])
+        skin = None
+        if a.skin is not None or b.skin is not None:
+            skin = np.concatenate([a.facets, b.facets + len(a.points)])
+        made = Mesh(points, cells, a.kind, skin)
+        if (found := overlap(made)) is not None:
+            raise UnreadableMesh(
+                f"the shapes that `apart(...)` is to hold apart overlap: {at(found[0])} lies in both",
+                "E569", "move one of them: matter there would count twice",
+            )  # fmt: skip
+        return made
+
+    def surface(self, size: float) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3) of both surfaces, outward."""
+        (a, s), (b, t) = (shape.surface(by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
+        return np.concatenate([a, b]), np.concatenate([s, t + len(a)])
+
+
+def _sliced(region: Any, depth: float) -> Any:
+    """A slice of a region, or of that in a file, so thick, m."""
+    if not region.prebuilt:
+        return region.slice(depth)
+    from softmark.solvers.mesh.plane_region_files import FlatFile
+
+    return FlatFile(region, depth)
+
+
+def _ends(region: Any) -> tuple[Place, Place]:
+    """Lowest and highest x and y of a region, m; of a file that cannot be read, which is said elsewhere, none."""
+    if not region.prebuilt:
+        ends: tuple[Place, Place] = region.ends
+        return ends
+    (a, b, _), (c, d, _) = _sliced(region, 1.0).bounds or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return (a, b), (c, d)

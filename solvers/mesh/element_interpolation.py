@@ -1,0 +1,262 @@
+"""What an element makes of a mesh: gradients at integration points, and places of points within cells."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.bounding_box_grid import holding
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.nearest_points import neighbours
+
+Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
+BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
+STILL = 1e-13  # local coordinates that no longer move
+OUT = 0.01  # of a cell: a point so far beyond it, by the last step, is not on a face that it shares
+CHUNK = 32  # points whose distances to all cells are held at once
+
+
+@dataclass(frozen=True)
+class Integration:
+    """dNdX (m, q, a, 3) in 1/m and weights times det J, w (m, q) in m^3, of every cell.
+
+    Shape functions `N` are (q, a) where all cells have the same local points, and else (m, q, a).
+    """
+
+    dNdX: Floats
+    w: Floats
+    N: Floats
+
+    def at_points(self, nodal: Floats) -> Floats:
+        """Values (m, q) at the points, of values at the nodes of cells (m, a)."""
+        found: Floats = nodal @ self.N.T if self.N.ndim == 2 else np.einsum("mqa,ma->mq", self.N, nodal)
+        return found
+
+
+def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
+    """Shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi.
+
+    By the element of the mesh and its own quadrature where nothing else is given, found once.
+    """
+    if element is None and rule is None:
+        if integration not in mesh.selections:
+            mesh.selections[integration] = integration(mesh, mesh.element)
+        found: Integration = mesh.selections[integration]
+        return found
+    element = element or mesh.element
+    xi, weights = rule or element.quadrature()
+    dN = element.gradient(xi)  # (q, a, 3)
+    dXdxi = np.einsum("mai,qaj->mqij", mesh.points[mesh.cells], dN)
+    dNdX = np.einsum("qaj,mqji->mqai", dN, np.linalg.inv(dXdxi))
+    w = weights * np.linalg.det(dXdxi)
+    return Integration(np.ascontiguousarray(dNdX), w, element.shape(xi))
+
+
+def centre_rule(element: type[Element]) -> Rule:
+    """One point in the middle of the cell."""
+    return np.array([element.centre]), np.array([element.volume])
+
+
+KEPT = (4, 64, 50_000)  # sets of points whose places in a mesh are kept: always, at most, and points of all together
+
+
+@dataclass(frozen=True)
+class Located:
+    """Where points lie in a mesh: `nodes` (n, a) of the cell and the shape functions `N` (n, a) there.
+
+    `outside` (n,) is about how far, in m, a point lies outside the cell that it was given to: 0 within, and else
+    its distance to the farthest of the face planes that it lies beyond, or to a point of a cell with curved faces.
+    """
+
+    nodes: Ints
+    N: Floats
+    outside: Floats
+
+    def interpolate(self, values: Floats) -> Floats:
+        """Values at the points (n, k) from values at the nodes (nodes, k)."""
+        result: Floats = np.einsum("na,nak->nk", self.N, values[self.nodes])
+        return result
+
+
+def locate(mesh: Mesh, X: Floats) -> Located:
+    """The cell and the shape functions at each point X (n, 3) of the undeformed body.
+
+    A point between an inscribed mesh and the curved surface that it approximates is given to the nearest cell
+    and extrapolated linearly, so the caller must look at `outside`. A point on a face that two cells share is given to
+    either. The last sets of points are kept with the mesh: each probe asks for its own many times, in turn.
+    """
+    kept: list[tuple[Floats, Located]] = mesh.selections.setdefault(locate, [])
+    for number, (own, found) in enumerate(kept):
+        if own.shape == X.shape and np.array_equal(own, X):
+            kept.insert(0, kept.pop(number))
+            return found
+    found = _in_tetrahedra(mesh, X) if mesh.element.constant else _in_curved_cells(mesh, X)
+    located(mesh, X, found)
+    return found
+
+
+def located(mesh: Mesh, X: Floats, found: Located) -> None:
+    """Keep where points X (n, 3) lie in a mesh: found in it, or in a larger one in cells that it has."""
+    kept: list[tuple[Floats, Located]] = mesh.selections.setdefault(locate, [])
+    kept.insert(0, (X.copy(), found))
+    always, most, points = KEPT
+    sizes = np.cumsum([len(own) for own, _ in kept])
+    del kept[min(most, max(always, int(np.searchsorted(sizes, points, side="right")))) :]
+
+
+# ------------------------------------------------------------------ four-node tetrahedra, in closed form
+
+
+def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
+    a = mesh.points[mesh.cells[:, 0]]
+    inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
+    found = _best_cells(mesh, X, a, inverse)
+    N = _barycentric(X, a, inverse, found)
+    lost = np.flatnonzero(N.min(axis=1, initial=0.0) < -BESIDE)
+    if len(lost):
+        found[lost] = _nearest_cells(mesh, X[lost], a, inverse)
+        N[lost] = _barycentric(X[lost], a, inverse, found[lost])
+    dN = inverse[found]  # (n, 3, 3): rows are the gradients of N_1, N_2, N_3
+    dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
+    outside = np.maximum(0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0))  # to the farthest face plane
+    outside[outside < 1e-9 * mesh.extent] = 0.0
+    return Located(mesh.cells[found], N, outside)
+
+
+def _barycentric(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
+    """Barycentric coordinates (n, 4) of points X (n, 3), each in one cell."""
+    xi = np.einsum("nij,nj->ni", inverse[cell], X - a[cell])
+    return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
+
+
+def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """The cell nearest to each point X (n, 3) that lies in none (n,); of several that are, where X is least far out.
+
+    The nearest point lies on the boundary, and no farther than the nearest corner there.
+    """
+    corners = mesh.points[mesh.facets]  # (f, 3, 3)
+    middles = corners.mean(axis=1)
+    radius = float(np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max()))
+    near = neighbours(mesh.points[np.unique(mesh.facets)], len(X))
+    reach = near.distance(X) + radius
+    owners, best = mesh.facet_cells, np.empty(len(X), dtype=np.int64)
+    around = neighbours(middles, len(X))
+    for start in range(0, len(X), 64 * CHUNK):
+        some = slice(start, start + 64 * CHUNK)
+        which, facet = around.within(X[some], reach[some] * (1.0 + 1e-9))
+        points, cell = X[some][which], owners[facet]
+        gap = _to_triangles(points, corners[facet])
+        least = np.full(len(X[some]), np.inf)
+        np.minimum.at(least, which, gap)
+        tied = np.flatnonzero(gap <= least[which] + 1e-12 * mesh.extent)
+        inside = _barycentric(points[tied], a, inverse, cell[tied]).min(axis=1)
+        order = tied[np.lexsort((cell[tied], -inside, which[tied]))]
+        best[some] = cell[order[np.unique(which[order], return_index=True)[1]]]
+    return best
+
+
+def _to_triangles(X: Floats, corners: Floats) -> Floats:
+    """Distance (p,) of each point X (p, 3) from a triangle (p, 3, 3): from its plane or the nearest of its sides."""
+    from_corner = X[:, None] - corners  # (p, 3, 3)
+    along = np.roll(corners, -1, axis=1) - corners
+    part = np.einsum("pki,pki->pk", from_corner, along) / np.einsum("pki,pki->pk", along, along)
+    beside = from_corner - np.clip(part, 0.0, 1.0)[:, :, None] * along
+    squares = np.einsum("pki,pki->pk", beside, beside).min(axis=1)
+    normal = np.cross(along[:, 0], along[:, 1])
+    within = np.einsum("pki,pki->pk", np.cross(normal[:, None], along), from_corner).min(axis=1) >= 0.0
+    height = np.einsum("pi,pi->p", normal, from_corner[:, 0]) ** 2 / np.einsum("pi,pi->p", normal, normal)
+    distance: Floats = np.sqrt(np.where(within, np.minimum(height, squares), squares))
+    return distance
+
+
+def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
+    """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
+
+    Among the cells whose boxes hold the point, which the one that it lies in is one of; a point that none holds is
+    given any.
+    """
+    corners, slack = mesh.points[mesh.cells], 10.0 * BESIDE * mesh.extent
+    which, cell = holding(corners.min(axis=1) - slack, corners.max(axis=1) + slack, X)
+    best = np.zeros(len(X), dtype=np.int64)
+    least = _barycentric(X[which], a, inverse, cell).min(axis=1, initial=np.inf)
+    order = np.lexsort((cell, -least, which))
+    found, first = np.unique(which[order], return_index=True)
+    best[found] = cell[order[first]]
+    return best
+
+
+# ------------------------------------------------------------------ other cells, by Newton's method
+
+
+def _in_curved_cells(mesh: Mesh, X: Floats) -> Located:
+    which, cell = _candidates(mesh, X)
+    xi = _local(mesh, which, X[which], cell)
+    element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
+    inner = element.clip(xi)
+    N = element.shape(inner)
+    gap = np.linalg.norm(X[which] - np.einsum("pa,pai->pi", N, corners), axis=1)
+    gap[gap < 1e-9 * mesh.extent] = 0.0
+    order = np.lexsort((cell, gap, which))
+    chosen = order[np.unique(which[order], return_index=True)[1]]
+    return Located(mesh.cells[cell[chosen]], _beyond(mesh, X, cell[chosen], inner[chosen]), gap[chosen])
+
+
+def _beyond(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
+    """N(xi) + dN/dxi . d, d the rest of the way to X: exact within, linear from the nearest point without (n, a)."""
+    N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
+    corners = mesh.points[mesh.cells[cell]]
+    J = np.einsum("pai,paj->pij", corners, dN)
+    rest = np.linalg.solve(J, (X - np.einsum("pa,pai->pi", N, corners))[:, :, None])[:, :, 0]
+    values: Floats = N + np.einsum("paj,pj->pa", dN, rest)
+    return values
+
+
+def _candidates(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, Ints]:
+    """Pairs of a point and a cell (p,) each: the cells whose boxes hold the point, or else the nearest boxes."""
+    corners = mesh.points[mesh.cells]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    # an edge of a curved cell can leave the box of its nodes
+    slack = 0.05 * (high - low).max(axis=1, keepdims=True)
+    low, high = low - slack, high + slack
+    which, cells = holding(low, high, X)
+    lost = np.setdiff1d(np.arange(len(X)), which)
+    point, near = _nearest_boxes(low, high, X[lost], min(nearest, len(low)))
+    return np.concatenate([which, lost[point]]), np.concatenate([cells, near])
+
+
+def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[Ints, Ints]:
+    """Pairs of a point X (n, 3) and each of so many boxes that are nearest to it (n count,) each."""
+    bounds = [(np.ascontiguousarray(low[:, i]), np.ascontiguousarray(high[:, i])) for i in range(3)]
+    found = np.zeros((len(X), count), dtype=np.int64)
+    for start in range(0, len(X), CHUNK):
+        away = np.zeros((len(X[start : start + CHUNK]), len(low)))  # (c, m)
+        for (lowest, highest), x in zip(bounds, X[start : start + CHUNK].T[:, :, None], strict=True):
+            gap = np.maximum(lowest - x, x - highest)
+            away += np.maximum(gap, 0.0, out=gap)
+        found[start : start + CHUNK] = np.argpartition(away, count - 1, axis=1)[:, :count]
+    return np.repeat(np.arange(len(X)), count), found.ravel()
+
+
+def _local(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
+    """Local points xi (p, 3) of X (p, 3) in cells, or of what is nearest to them there: projected Newton steps.
+
+    Each pair of a point and a cell is left alone once it does not move, and where it strives out of its cell as soon
+    as another cell holds the point, whose number is `which` (p,).
+    """
+    element = mesh.element
+    result = np.tile(np.array(element.centre), (len(X), 1))
+    moving, held = np.arange(len(X)), np.zeros(int(which.max(initial=-1)) + 1, dtype=bool)
+    for _ in range(20):
+        xi, corners = result[moving], mesh.points[mesh.cells[cell[moving]]]  # (p, a, 3)
+        N, dN = element.shape(xi), element.gradient(xi)
+        J = np.einsum("pai,paj->pij", corners, dN)
+        rest = X[moving] - np.einsum("pa,pai->pi", N, corners)
+        wanted = xi + np.linalg.solve(J, rest[:, :, None])[:, :, 0]
+        moved = result[moving] = element.clip(wanted)
+        settled, without = np.abs(moved - xi).max(axis=1) < STILL, np.abs(moved - wanted).max(axis=1)
+        held[which[moving[settled & (without < STILL)]]] = True
+        moving = moving[~(settled | (held[which[moving]] & (without > OUT)))]
+        if not len(moving):
+            break
+    return result

@@ -1,0 +1,226 @@
+"""Bowls: the wall between two ellipsoids about one axis, cut off straight across it, as models of ventricles are."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.conforming_planes import Cut
+from softmark.solvers.mesh.plane_regions import Elliptic, Flat, Place
+from softmark.solvers.mesh.shape import Bounds, Shape, Side, Vector3, dot, moved, placed
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.mesh.mesh import Floats, Mesh
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+ON = 1e-6  # of its size: how far off a side a node of it may be
+NEAR = 1e-9  # of its size: what lies so near to a bowl is of it
+
+
+@dataclass(frozen=True)
+class Wall:
+    """What lies between two ellipsoids about an axis, below where it is cut off; both have one centre.
+
+    A point has a depth s, 0 inside and 1 outside, which tells the ellipsoid that it lies on, with semi-axes in
+    proportion, and an angle from the tip of that below, in proportion to t (tip + (1 - tip) t): 0 at the tip and 1 at
+    the rim, where cells are 2 - tip times as long as without.
+    """
+
+    inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
+    inner_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
+    outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid across the axis"]
+    outer_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
+    rim: Annotated[float, "m in (-inf, inf)", "how far along the axis from the centre of both it is cut off"]
+    layers: Annotated[int | None, "1 in [1, 1000]", "cells through the wall; by the size without"] = None
+    tip: Annotated[float, "1 in [0.05, 1]", "how long cells are at the tip, as a part of what they are without"] = 1.0
+
+    @property
+    def fault(self) -> str:
+        """A wall that is not there."""
+        if not (self.inner < self.outer and self.inner_along < self.outer_along):
+            return "its inner ellipsoid must be smaller than its outer one, across the axis and along it"
+        if not -self.inner_along < self.rim < self.inner_along:
+            return "its `rim` must cut both ellipsoids: it lies between minus and plus `inner_along`"
+        return ""
+
+    def _at(self, s: Any, t: Any) -> tuple[Any, Any]:
+        """Distance from the axis and place along it, m, of numbers or arrays."""
+        a = self.inner + s * (self.outer - self.inner)
+        b = self.inner_along + s * (self.outer_along - self.inner_along)
+        turn = t * (self.tip + (1.0 - self.tip) * t) * np.arccos(-self.rim / b)
+        return a * np.sin(turn), -b * np.cos(turn)
+
+    @property
+    def _sizes(self) -> tuple[float, float]:
+        """The wall at its thickest, and more than the way from the tip to the rim, m."""
+        turn = math.acos(-self.rim / self.outer_along)
+        wall = max(self.outer - self.inner, self.outer_along - self.inner_along)
+        return wall, turn * max(self.outer, self.outer_along)
+
+    def _between(self, r: float, z: float, slack: float) -> bool:
+        """Whether a point at a distance from the axis is within, give or take `slack` (m)."""
+        out = math.hypot(r / self.inner, z / self.inner_along) - 1.0
+        off = math.hypot(r / self.outer, z / self.outer_along) - 1.0
+        least = min(self.inner, self.inner_along)
+        return z <= self.rim + slack and out >= -slack / least and off <= slack / min(self.outer, self.outer_along)
+
+    @property
+    def _widest(self) -> float:
+        """The largest distance from the axis, m."""
+        return self.outer * (1.0 if self.rim >= 0.0 else math.sqrt(1.0 - (self.rim / self.outer_along) ** 2))
+
+
+@dataclass(frozen=True)
+class BowlSection(Wall, Flat):
+    """Half the section of a bowl along its axis, which is the y axis: what `axisymmetric` turns into the bowl.
+
+    It lies where x >= 0, between two ellipses around the origin, below y = `rim`. Cells go from one ellipse to the
+    other, and all nodes of curved sides lie on them. `size` is that of cells where they are largest, with `tip = 1`;
+    with less they are shorter about the tip, and as much longer about the rim.
+    """
+
+    def _divided(self, size: float) -> tuple[int, int]:
+        """Cells of a size (m) through the wall and along it."""
+        through, along = super()._divided(size)
+        return self.layers or through, along
+
+    def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
+        """s goes out through the wall, t from the tip to the rim."""
+        x, y = self._at(s, t)
+        return x * (t > 0), np.where(t < 1, y, self.rim)  # on the axis and on the rim, exactly
+
+    @property
+    def area(self) -> float:
+        """Exact area, m^2."""
+        return self._half(self.outer, self.outer_along) - self._half(self.inner, self.inner_along)
+
+    def _half(self, a: float, b: float) -> float:
+        q = self.rim / b
+        return 0.5 * a * b * (0.5 * math.pi + math.asin(q) + q * math.sqrt(1.0 - q * q))
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """The wall at its thickest, and more than the way from the tip to the rim, m."""
+        return self._sizes
+
+    @property
+    def ends(self) -> tuple[Place, Place]:
+        """Lowest and highest x and y, m."""
+        return (0.0, -self.outer_along), (self._widest, self.rim)
+
+    def within(self, x: float, y: float, slack: float) -> bool:
+        """Between the ellipses and below the rim, give or take `slack` (m)."""
+        return x >= -slack and self._between(x, y, slack)
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The outer and the inner ellipse."""
+        return Elliptic(self.outer, self.outer_along), Elliptic(self.inner, self.inner_along)
+
+
+@dataclass(frozen=True)
+class Bowl(Wall, Shape):
+    """The wall between two ellipsoids about one axis, closed below and cut off straight above: a ventricle.
+
+    `axis` points from the tip to the rim. Meshed with layers of hexahedra over a disc that is laid around the tip, or
+    with tetrahedra made of them; nodes of curved sides lie on them, so that a coarse mesh of linear elements holds
+    less volume (the report says how much). `size` is that of cells where they are largest, with `tip = 1`; with less
+    they are shorter about the tip, where fibres that wind around the axis come together, and as much longer about the
+    rim.
+    """
+
+    axis: Annotated[Vector3, "direction", "of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector3, "m", "the centre of both ellipsoids"] = (0.0, 0.0, 0.0)
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        low, high = [], []
+        edge = self.outer * math.sqrt(max(0.0, 1.0 - (self.rim / self.outer_along) ** 2))
+        for o, e in zip(self.origin, self.axis, strict=True):
+            across = math.sqrt(max(0.0, 1.0 - e * e))
+            reach = math.hypot(self.outer * across, self.outer_along * e)
+            top = self.rim * e + edge * across, self.rim * e - edge * across  # of the rim
+            peak = self.outer_along**2 * e / reach  # where along the axis the ellipsoid reaches farthest
+            high.append(o + (reach if peak <= self.rim else top[0]))
+            low.append(o - (reach if -peak <= self.rim else -top[1]))
+        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3."""
+        return self._below(self.outer, self.outer_along) - self._below(self.inner, self.inner_along)
+
+    def _below(self, a: float, b: float) -> float:
+        return math.pi * a * a * (self.rim + b - (self.rim**3 + b**3) / (3.0 * b * b))
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether it holds a point, give or take 1e-9 of its size."""
+        off = [p - o for p, o in zip(point, self.origin, strict=True)]
+        z = float(dot(off, self.axis))
+        r = math.dist(off, moved((0.0, 0.0, 0.0), (z, self.axis)))
+        return self._between(r, z, NEAR * self.diagonal)
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along the square's side over the tip, across its rings, through the wall."""
+        from softmark.solvers.mesh.cell_counts import divisions, of_disc
+
+        wall, way = self._sizes
+        return *of_disc(way, size), self.layers or divisions(wall, size)
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
+        from softmark.solvers.mesh.curved_boundary import Around
+        from softmark.solvers.mesh.mesh import Mesh
+        from softmark.solvers.mesh.structured_meshes import disc, rounded, solid
+
+        wall, way = self._sizes
+        flat = solid(disc(way, size), wall, wall / self.layers if self.layers else size, kind)
+        flat = rounded(flat, (Around((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # so that the rim is flat
+        u, v, s = flat.points.T
+        far = np.hypot(u, v)
+        on = np.where(far > 0.0, far, 1.0)
+        t = np.where(np.abs(far / way - 1.0) < NEAR, 1.0, far / way)
+        r, z = self._at(s / wall, t)
+        z = np.where(t == 1.0, self.rim, z)
+        points = np.stack([r * u / on, -r * v / on, z], axis=1)  # mirrored: the wall goes outward, which is down
+        return placed(Mesh(np.ascontiguousarray(points), flat.cells, flat.kind), self.axis, self.origin)
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The outer and the inner ellipsoid."""
+        return tuple(
+            Domed(self.axis, self.origin, a, b)
+            for a, b in ((self.outer, self.outer_along), (self.inner, self.inner_along))
+        )
+
+
+@dataclass(frozen=True)
+class Domed(Side):
+    """An ellipsoid about an axis: semi-axes across and along it, m. Points go straight away from its centre."""
+
+    axis: Vector3
+    origin: Vector3
+    across: float
+    along: float
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        Y = corners - np.array(self.origin)
+        z = Y @ np.array(self.axis)
+        r = np.linalg.norm(Y - z[..., None] * np.array(self.axis), axis=2)
+        found: NDArray[np.bool_] = (np.abs(np.hypot(r / self.across, z / self.along) - 1.0) < ON).all(axis=1)
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points off the centre, moved straight away from it."""
+        off = [p - o for p, o in zip(place, self.origin, strict=True)]
+        z = dot(off, self.axis)
+        square = sum(c * c for c in off) - z * z
+        out = (square * self.across**-2.0 + z * z * self.along**-2.0) ** -0.5
+        return tuple(o + out * c for o, c in zip(self.origin, off, strict=True))

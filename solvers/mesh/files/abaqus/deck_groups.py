@@ -1,0 +1,147 @@
+"""Sets and surfaces of a deck as named groups of its mesh.
+
+Names are those of the assembly (of a flat deck: all names), and `INSTANCE.NAME` of the parts of instances. A set of
+nodes stands for the boundary faces that have all corners in it, where each of its nodes is of such a face; else it is a
+group of nodes. Nodes of no solid cell count as foreign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.files.abaqus.deck_mesh import DeckMesh
+from softmark.solvers.mesh.mesh import Ints, Mesh
+from softmark.solvers.mesh.mesh_groups import faces_of, node_members
+
+# corners of the faces S1, S2, ... by the corners of a cell: Abaqus Analysis User's Guide, 28.1.4
+SIDES = {
+    4: ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    6: ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    8: ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+}
+SHELLS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
+
+
+@dataclass(frozen=True)
+class Members:
+    """Cells (k,), faces (f, 2), corners of facets of other elements, and how many members are none of these.
+
+    `nodes` (k, 2), a cell and the number in it, are those of a set of nodes that are not all of its faces.
+    """
+
+    cells: Ints
+    faces: Ints
+    corners: tuple[Ints, ...] = ()
+    foreign: int = 0
+    nodes: Ints | None = None
+
+    def with_faces(self, other: Members) -> Members:
+        """Return these cells with the faces of others also."""
+        faces = np.unique(np.concatenate([self.faces, other.faces]), axis=0)
+        return Members(self.cells, faces, self.corners, self.foreign + other.foreign)
+
+
+def sides_of(element: type[Element]) -> list[int]:
+    """Return which of an element's facets S1, S2, ... are."""
+    own = [frozenset(side[: element.facet.corners]) for side in element.facets]
+    return [own.index(frozenset(side)) for side in SIDES[element.corners]]
+
+
+@dataclass(frozen=True)
+class DeckGroups:
+    """Finds the members of a deck's names in its cells (m, a) of one kind, in meshio's words."""
+
+    deck: DeckMesh
+    kind: str
+    cells: Ints
+    element: type[Element]
+
+    def named(self) -> dict[str, Members]:
+        """Return the members by name; a set of nodes gives way to one of elements, or a surface, of its name."""
+        found = {name: self._elements(own) for name, _, own in self.deck.names("elements")}
+        for name, _, rows in self.deck.surface_names():
+            surface = self._surface(rows)
+            found[name] = found[name].with_faces(surface) if name in found else surface
+        for name, _, own in self.deck.names("nodes"):
+            if name not in found:
+                found[name] = self._nodes(own)
+        return found
+
+    def _elements(self, elements: Ints) -> Members:
+        cells = self.deck.cells[self.kind].rows_of(elements)
+        facets, known = [], len(cells)
+        for cell, corners in SHELLS.items():
+            if cell in self.deck.cells and len(rows := self.deck.cells[cell].rows_of(elements)):
+                facets.append(self.deck.cells[cell].nodes[rows][:, :corners])
+                known += len(rows)
+        return Members(cells, np.zeros((0, 2), dtype=np.int64), tuple(facets), len(elements) - known)
+
+    def _surface(self, rows: Any) -> Members:
+        table = {f"S{k}": side for k, side in enumerate(sides_of(self.element), start=1)}
+        faces, foreign = [np.zeros((0, 2), dtype=np.int64)], 0
+        for elements, label, _ in rows:
+            cells = self.deck.cells[self.kind].rows_of(elements)
+            if label in table:
+                faces.append(np.stack([cells, np.full(len(cells), table[label])], axis=1))
+                foreign += len(elements) - len(cells)
+            else:
+                foreign += len(elements)
+        return Members(np.zeros(0, dtype=np.int64), np.unique(np.concatenate(faces), axis=0), foreign=foreign)
+
+    @cached_property
+    def _facets(self) -> Ints:
+        """Boundary facets (f, q) of the cells."""
+        return Mesh(self.deck.points, self.cells, self.element.name).facets
+
+    def _nodes(self, nodes: Ints) -> Members:
+        """The boundary faces all of whose corners are in a set of nodes."""
+        chosen = np.zeros(len(self.deck.points), dtype=np.bool_)
+        chosen[nodes] = True
+        corners = self._facets[:, : self.element.facet.corners]
+        rows = self._facets[chosen[corners].all(axis=1)]
+        chosen[rows] = False
+        faces, _ = faces_of(self.cells, self.element, rows[:, : self.element.facet.corners])
+        none = np.zeros(0, dtype=np.int64)
+        if chosen.any() and len(own := node_members(self.cells, nodes)):
+            return Members(none, np.zeros((0, 2), dtype=np.int64), foreign=len(nodes) - len(own), nodes=own)
+        return Members(none, faces, foreign=int(chosen.sum()))
+
+
+@dataclass(frozen=True)
+class CellBlock:
+    """Cells of one type, in meshio's words, as readers of other formats have them."""
+
+    type: str
+    data: Ints
+
+    @property
+    def dim(self) -> int:
+        """The dimension of the cells."""
+        return 1 if self.type.startswith("line") else 2 if self.type in SHELLS else 3
+
+
+@dataclass(frozen=True)
+class DeckData:
+    """A deck as readers of meshes take it: points (n, 3), blocks of cells, and the deck itself."""
+
+    deck: DeckMesh
+
+    @property
+    def points(self) -> Any:
+        """Points (n, 3) in the deck's unit."""
+        return self.deck.points
+
+    @property
+    def cells(self) -> list[CellBlock]:
+        """Blocks of cells, one for each type."""
+        return list(self._blocks())
+
+    def _blocks(self) -> Iterator[CellBlock]:
+        for cells in self.deck.cells.values():
+            yield CellBlock(cells.type, cells.nodes)

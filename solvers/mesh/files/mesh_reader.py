@@ -1,0 +1,346 @@
+"""Meshes from files, through meshio; decks of Abaqus and CalculiX, and Gmsh's first format, have readers of their own.
+
+meshio stops at Gmsh's elements without a group, though they are in order: that is put right on the way.
+"""
+
+from __future__ import annotations
+
+import logging
+import tempfile
+from collections.abc import Iterable
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softmark.mesh_file_hazards import hazard_of
+from softmark.resource_limits import limited_resources, reason_of
+from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regular
+from softmark.solvers.elements import ELEMENTS, element_of
+from softmark.solvers.elements.element import Element
+from softmark.solvers.elements.reference_cells import Hexahedron
+from softmark.solvers.mesh.cell_splitting import SPLITS, NotTwoColourable, with_nodes
+from softmark.solvers.mesh.files import bounded_reader, gmsh1, gmsh4
+from softmark.solvers.mesh.files.mesh_formats import MESHES, filling
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, checked, used
+from softmark.solvers.mesh.files.vtk import legacy_vtk, vtu_conversion
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh_group import Group
+
+VTK = frozenset({".vtk", ".vtu"})  # either may hold a legacy or an XML file
+UNENDING = frozenset({"ansys", "tecplot"})  # meshio's readers of these never return from a truncated file
+
+KINDS = {element.meshio: name for name, element in ELEMENTS.items()}  # meshio's word -> ours
+OTHERS = frozenset({"wedge", "pyramid", "wedge15", "wedge18", "pyramid13", "pyramid14"})
+AGAIN = "write it again as .vtu, .vtk, .msh, .inp or .mesh: it may be cut off, or its name may not say its format"
+NO_SURFACE = "E573"
+BY_TRIMESH = frozenset({".stl", ".obj", ".ply", ".off"})
+SURFACE_AGAIN = (
+    "write the surface again as .stl, .obj or .ply: the file may be cut off, or its name may not say its format"
+)
+FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
+
+
+__all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
+
+
+def read(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
+    """The solid cells of `path`, all of one kind, in m and turned to positive volume; with its groups if `named`.
+
+    Nodes that lie at one place are refused, merged or kept; pieces that share no nodes are refused or kept.
+    Raises UnreadableMesh.
+    """
+    data = parsed(Path(path))
+    before = as_written(data, Path(path), unit)
+    mesh = checked(before.points, before.cells, before.kind, coincident, pieces)
+    return replace(mesh, groups=_groups(data, Path(path), before, mesh)) if named else mesh
+
+
+def as_written(data: Any, path: Path, unit: float) -> Mesh:
+    """The solid cells of a file that was parsed, as it numbers their nodes: none turned. Raises UnreadableMesh."""
+    there = {block.type for block in data.cells}
+    solids = sorted(there & KINDS.keys())
+    if not solids:
+        kinds = ", ".join(sorted(there)) or "none"
+        raise UnreadableMesh(
+            f"it has no tetrahedra and no hexahedra (its cells: {kinds})",
+            remedy=filling(path) if there & FACETS.keys() else None,
+        )
+    others = (there & OTHERS) | set(solids[1:])
+    if others:
+        raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
+    cells = [block.data for block in data.cells if block.type == solids[0]]
+    points, kind = placed(data, unit), KINDS[solids[0]]
+    many = element_of(kind).nodes
+    if wrong := [block.shape for block in cells if block.ndim != 2 or block.shape[1] != many]:
+        raise UnreadableMesh(f"its {solids[0]} cells have {wrong[0][-1]} nodes each, which is not {many}")
+    whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one order
+    return Mesh(points, whole, kind)
+
+
+def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
+    """Named parts of a file, of the mesh as it is after it was checked; `before` as the file has it."""
+    from softmark.solvers.mesh import mesh_groups
+    from softmark.solvers.mesh.files import named_groups
+
+    found, over = named_groups.groups(data, path, mesh.element.meshio, before.cells, mesh.element), before.volumes < 0.0
+    for name, own in found.items():
+        if own.kind == "faces":
+            known = replace(own, members=mesh_groups.turned(own.members, over, mesh.element))
+            there = int(mesh_groups.facets_in(replace(mesh, groups={name: known}), name).sum())
+            found[name] = replace(known, inside=len(known.members) - there)
+        elif own.kind == "nodes":
+            found[name] = replace(own, members=mesh_groups.turned_nodes(own.members, over, mesh.element))
+    return found
+
+
+def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str = "refuse") -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
+
+    Facets of a surface file keep the sense in which the file turns them. Raises UnreadableMesh.
+    """
+    data = parsed(Path(path))
+    there = {block.type for block in data.cells}
+    if there & KINDS.keys() or not there & FACETS.keys():
+        return surface(read(path, unit, coincident, pieces=pieces))
+    return used(*_facets(data, unit))[:2]
+
+
+def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3) of a file that holds a surface alone. Raises UnreadableMesh."""
+    if (suffix := Path(path).suffix.lower()) in BY_TRIMESH:
+        return _surface(Path(path), unit)
+    _there(Path(path), SURFACE_AGAIN)
+    if suffix not in MESHES:
+        ending = suffix or Path(path).name
+        known = "write the surface as .stl, .obj, .ply, .off or .vtk, and name that file"
+        raise UnreadableMesh(f"`{ending}` is no ending of a surface's format that is known", remedy=known)
+    try:
+        data = parsed(Path(path))
+    except UnreadableMesh as error:
+        raise UnreadableMesh(str(error), error.code, SURFACE_AGAIN) from error
+    there = {block.type for block in data.cells}
+    if there & (KINDS.keys() | OTHERS):
+        raise UnreadableMesh(
+            "it holds cells, not a surface alone", NO_SURFACE, f'take it as it is: `mesh("{Path(path).name}", ...)`'
+        )
+    if not there & FACETS.keys():
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, "name a file of a surface: STL, OBJ, PLY, OFF or VTK")
+    return _facets(data, unit)
+
+
+def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
+    """The same of formats that trimesh reads better: triangles alone. Raises UnreadableMesh."""
+    _there(path, SURFACE_AGAIN)
+    import trimesh
+
+    log = logging.getLogger("trimesh")
+    told, log.disabled = log.disabled, True  # a missing texture is nobody's concern here
+    try:
+        with limited_resources(path):  # without a name and a path: what it names elsewhere stays unread
+            data = BytesIO(read_regular(path))
+            found: Any = trimesh.load(data, file_type=path.suffix.lower()[1:], process=False, force="mesh",
+                                 skip_materials=True)  # fmt: skip
+    except Exception as error:  # its readers raise what they like
+        raise UnreadableMesh(f"trimesh cannot read it ({reason_of(error)})", remedy=SURFACE_AGAIN) from error
+    finally:
+        log.disabled = told
+    triangles = np.asarray(getattr(found, "faces", ()), dtype=np.int64)
+    if triangles.ndim != 2 or not len(triangles):
+        raise UnreadableMesh("it has no triangles", NO_SURFACE, SURFACE_AGAIN)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return unit * np.asarray(found.vertices, dtype=np.float64), triangles
+
+
+def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
+    """Points (n, 3) in m and triangles (t, 3): those of the file, and the halves of its quadrilaterals."""
+    found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
+    return placed(data, unit), np.concatenate(found).astype(np.int64)
+
+
+def read_points(path: str, unit: float) -> Floats:
+    """The points (n, 3) in m that cells of a file use, in its order. Raises UnreadableMesh."""
+    data = parsed(Path(path))
+    cells = [block.data.ravel() for block in data.cells if block.type != "vertex"]
+    points = placed(data, unit)
+    named = np.concatenate(cells) if cells else np.arange(len(points))
+    return used(points, named[:, None].astype(np.int64))[0]
+
+
+def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
+    """A mesh that was read as the kind that a model wants. Raises UnreadableMesh where it cannot be, UnknownElement."""
+    own, element = mesh.element, element_of(kind)
+    if own is element:
+        return mesh
+    if own.family != element.family:
+        mesh = _split(mesh, element, split)
+    elif own.nodes > element.nodes:  # nodes that both have stand first in both
+        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind, groups=mesh.groups)
+    return with_nodes(mesh, element)
+
+
+def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
+    """Hexahedra as tetrahedra. Raises UnreadableMesh."""
+    if mesh.kind != Hexahedron.linear:
+        raise UnreadableMesh(f"it has {mesh.element.described}, and the model wants {element.described}")
+    try:
+        return _carried(mesh, SPLITS[split](mesh))
+    except NotTwoColourable:
+        raise UnreadableMesh(
+            "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
+            "chessboard; take `split = kuhn` or use hex8"
+        ) from None
+
+
+def _carried(mesh: Mesh, new: Mesh) -> Mesh:
+    """Cells made of others, with the groups of these."""
+    if not mesh.groups:
+        return new
+    from softmark.solvers.mesh.mesh_groups import split
+
+    return split(mesh, new)
+
+
+def placed(data: Any, unit: float) -> Floats:
+    """The points (n, 3) of a file, m. Raises UnreadableMesh."""
+    read = np.asarray(data.points, dtype=np.float64)
+    if read.ndim != 2 or not len(read):
+        raise UnreadableMesh("it has no points", remedy=AGAIN)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused with its place
+        points: Floats = unit * read[:, :3]
+    if points.shape[1] < 3:  # a plane format
+        points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+    return points
+
+
+def parsed(path: Path) -> Any:
+    """What meshio makes of the file in one of the formats of its name. Raises UnreadableMesh."""
+    _there(path)
+    if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
+        try:
+            with limited_resources(path):
+                return gmsh1.read(path)
+        except (gmsh1.Malformed, MemoryError) as error:
+            why = reason_of(error)
+            raise UnreadableMesh(f"it is no complete Gmsh file of format 1 ({why})", remedy=AGAIN) from error
+    try:
+        with limited_resources(path):
+            elsewhere = hazard_of(path)
+    except Exception as error:  # the readers of HDF5 raise what they like
+        raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
+    if elsewhere:
+        raise UnreadableMesh(elsewhere, remedy=AGAIN)
+    if path.suffix.lower() in VTK and (found := _vtk(path)) is not None:
+        return found
+    if path.suffix.lower() == ".inp":
+        return _deck(path)
+    import meshio
+
+    kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
+    return _tried(path, (k for k in kinds if k not in UNENDING))
+
+
+def _deck(path: Path) -> Any:
+    """Return the mesh of a deck of Abaqus or CalculiX with its sets. Raises UnreadableMesh."""
+    from softmark.solvers.mesh.files.abaqus.deck_groups import DeckData
+    from softmark.solvers.mesh.files.abaqus.deck_mesh import read_mesh
+
+    try:
+        with limited_resources(path):
+            return DeckData(read_mesh(path))
+    except (MemoryError, OSError, ValueError, LookupError, ArithmeticError, RecursionError) as error:
+        raise UnreadableMesh(f"it cannot be read ({reason_of(error)})", remedy=AGAIN) from error
+
+
+def _vtk(path: Path) -> Any:
+    """A file of VTK by what it holds, whatever its name; None if meshio is to be asked. Raises UnreadableMesh."""
+    with open_regular(path) as file:
+        head = file.read(4096)
+    try:
+        with limited_resources(path):
+            if legacy_vtk.recognised(head):
+                return legacy_vtk.read(path)
+            if vtu_conversion.recognised(head):
+                data = vtu_conversion.inlined(read_regular(path))
+            else:
+                return None
+    except (gmsh1.Malformed, ValueError, MemoryError) as error:
+        raise UnreadableMesh(f"it is no complete file of VTK ({reason_of(error)})", remedy=AGAIN) from error
+    with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
+        (copy := Path(folder, "mesh.vtu")).write_bytes(data)
+        return _tried(copy, ["vtu"])
+
+
+def _with_groups(path: Path, kind: str) -> Any:
+    """A file of Gmsh, elements in no physical group included."""
+    import meshio
+
+    from softmark.solvers.mesh.files import named_groups
+
+    if (data := gmsh4.completed(path)) is None:
+        return named_groups.merged(meshio.read(path, kind))
+    with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
+        (file := Path(folder, path.name)).write_bytes(data)
+        return meshio.read(file, kind)
+
+
+def _with_companion(path: Path, kind: str) -> Any:
+    """A file of TetGen with the other of its two, which meshio looks for: it must lie in the same folder."""
+    import meshio
+
+    other = path.with_suffix(".node" if path.suffix.lower() == ".ele" else ".ele").name
+    try:
+        path_within(path.parent, other)
+    except UnsafeFile as error:
+        raise UnsafeFile(f"{other}, which belongs to it: {error.strerror}") from None
+    return meshio.read(path, kind)
+
+
+def _without_cell_data(path: Path, kind: str) -> Any:
+    """A mesh of DOLFIN's XML; its numbers of cells, for which meshio opens other files, are not needed."""
+    import meshio
+    from meshio.dolfin._dolfin import _read_mesh
+
+    points, cells, _ = _read_mesh(path)
+    return meshio.Mesh(points, cells)
+
+
+OWN = {  # what meshio does not read as it is
+    "gmsh": _with_groups, "tetgen": _with_companion, "dolfin-xml": _without_cell_data,
+}  # fmt: skip
+
+
+def _there(path: Path, remedy: str = AGAIN) -> None:
+    """Raises UnreadableMesh where there is no file, or nothing in it."""
+    try:
+        with open_regular(path) as file:
+            if not file.read(1):
+                raise UnreadableMesh("it is empty", remedy=remedy)
+    except FileNotFoundError:
+        known = "the path is relative to the folder of the scene"
+        raise UnreadableMesh(f"there is no file {path}", remedy=known) from None
+    except OSError as error:
+        raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
+
+
+def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
+    import meshio
+
+    bounded_reader.everywhere("meshio")
+    reasons = []
+    for kind in kinds:
+        said = StringIO()  # meshio prints why it fails, and exits
+        try:
+            with redirect_stdout(said), redirect_stderr(said), limited_resources(path):
+                return OWN.get(kind or "", meshio.read)(path, kind)
+        except SystemExit:
+            reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")
+        except Exception as error:  # its readers raise what they like
+            reasons.append(reason_of(error))
+    why = "; ".join(dict.fromkeys(reasons)) or "in this format it may never finish"
+    raise UnreadableMesh(f"meshio cannot read it ({why})", remedy=AGAIN)

@@ -1,0 +1,380 @@
+"""Networks: straight members between points, each with a section, rigidly joined where they share a point."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.cross_sections import Disc, Rectangle
+from softmark.solvers.mesh.shape import Prism, Shape, Vector3, cross, dot, moved, transverse
+from softmark.solvers.mesh.tubes import Annulus
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from softmark.solvers.mesh.mesh import Floats
+    from softmark.solvers.mesh.shape import Bounds, Section, Surface
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+MEASURES = ("radius", "inner", "side", "height")
+CROSSED = 1e-6  # of the diagonal: axes this near meet
+NEAR = 1e-9  # of the diagonal: points this near are one
+ALONG = 1e-6  # of a direction: less of it across a member says no second axis of its section
+
+
+@dataclass(frozen=True)
+class Member(Prism):
+    """A straight member from one point to another; its section's second axis is `up`, made normal to it.
+
+    `ends` are its sections at both; between them extents go linearly. `section` is that of which nothing is larger.
+    """
+
+    begin: Vector3
+    end: Vector3
+    ends: tuple[Section, Section]
+    up: Vector3 = (0.0, 0.0, 1.0)
+
+    @property
+    def root(self) -> Vector3:
+        """Where its axis starts, m."""
+        return self.begin
+
+    @property
+    def length(self) -> float:
+        """Along the axis, m."""
+        return math.dist(self.begin, self.end)
+
+    @property
+    def axis(self) -> Vector3:
+        """Unit vector from its first point to its second."""
+        x, y, z = ((b - a) / self.length for a, b in zip(self.begin, self.end, strict=True))
+        return x, y, z
+
+    @property
+    def tapered(self) -> bool:
+        """Whether its sections differ."""
+        return self.ends[0] != self.ends[1]
+
+    @cached_property
+    def section(self) -> Section:
+        """One that holds all of its sections: that of an even member."""
+        return self.ends[0] if not self.tapered else largest(*self.ends)
+
+    def section_at(self, station: float) -> Section:
+        """The cross-section at a station, m from its first point."""
+        t = min(max(station / self.length, 0.0), 1.0)
+        return self.ends[0] if not self.tapered else between(*self.ends, t)
+
+    @property
+    def slope(self) -> float:
+        """How fast half of its widest extent grows or shrinks along the axis."""
+        apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
+        return float(0.5 * max(apart) / self.length)
+
+    @cached_property
+    def volume(self) -> float:
+        """Exactly, m^3, as areas go with the square of a length (Simpson)."""
+        a, b, c = (self.section_at(t * self.length).area for t in (0.0, 0.5, 1.0))
+        return self.length * (a + 4.0 * b + c) / 6.0
+
+    @cached_property
+    def _frame(self) -> tuple[Vector3, Vector3, Vector3]:
+        axis, up = self.axis, self.up
+        if math.hypot(*cross(up, axis)) < ALONG:
+            up = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.5 else (0.0, 1.0, 0.0)
+        side = cross(up, axis)
+        norm = math.hypot(*side)
+        first = (side[0] / norm, side[1] / norm, side[2] / norm)
+        return axis, first, cross(axis, first)
+
+    def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
+        """Unit vectors of all its sections: along the axis, across `up`, and along it."""
+        return self._frame
+
+    def slab(self, first: float, last: float) -> Bounds:
+        """The lowest and highest coordinates of all between two stations, m: those of one of the two sections."""
+        low, high = [0.0] * 3, [0.0] * 3
+        ends = [(self.centre(s), self.section_at(s)) for s in (first, last)]
+        for i, (a, b) in enumerate(zip(*self._frame[1:], strict=True)):
+            low[i] = min(x[i] - section.support(-a, -b) for x, section in ends)
+            high[i] = max(x[i] + section.support(a, b) for x, section in ends)
+        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+@lru_cache(maxsize=64)
+def tapering(root: Vector3, axis: Vector3, length: float, first: Section, last: Section) -> Member:
+    """What goes from one section to another along an axis, whose sections lie along `transverse(axis)`."""
+    return Member(root, moved(root, (length, axis)), (first, last), transverse(axis)[1])
+
+
+def between(one: Section, other: Section, t: float) -> Section:
+    """The section at a part of the way from one to another of its kind. Raises TypeError for other kinds."""
+    match one, other:
+        case Disc(), Disc():
+            return Disc(_way(one.radius, other.radius, t))
+        case Annulus(), Annulus():
+            return Annulus(_way(one.radius, other.radius, t), _way(one.inner, other.inner, t))
+        case Rectangle(), Rectangle():
+            return Rectangle(_way(one.width, other.width, t), _way(one.height, other.height, t))
+    raise TypeError(f"there is nothing between a {type(one).__name__} and a {type(other).__name__}")
+
+
+def _way(a: float, b: float, t: float) -> float:
+    return a + t * (b - a)
+
+
+def largest(one: Section, other: Section) -> Section:
+    """A section that holds two of one kind: the larger extents, and the smaller hollow. Raises TypeError."""
+    match one, other:
+        case Disc(), Disc():
+            return Disc(max(one.radius, other.radius))
+        case Annulus(), Annulus():
+            return Annulus(max(one.radius, other.radius), min(one.inner, other.inner))
+        case Rectangle(), Rectangle():
+            return Rectangle(max(one.width, other.width), max(one.height, other.height))
+    raise TypeError(f"nothing holds a {type(one).__name__} and a {type(other).__name__}")
+
+
+@dataclass(frozen=True)
+class Network(Shape):
+    """Members by pairs of points, counted from 1; measures of sections for all members, or for each, m.
+
+    What begins with `end_` is at the second point of members; a height without `end_height` stays as it is, and so on.
+    """
+
+    points: tuple[Vector3, ...]
+    pairs: tuple[tuple[int, int], ...]
+    radius: tuple[float, ...] | None = None
+    inner: tuple[float, ...] | None = None
+    side: tuple[float, ...] | None = None
+    height: tuple[float, ...] | None = None
+    up: Vector3 = (0.0, 0.0, 1.0)
+    end_radius: tuple[float, ...] | None = None
+    end_inner: tuple[float, ...] | None = None
+    end_side: tuple[float, ...] | None = None
+    end_height: tuple[float, ...] | None = None
+
+    wired = True
+    gap = "empty between its members"
+
+    @cached_property
+    def fault(self) -> str:
+        """What of its points, members and sections does not go together."""
+        return self._of_sections() or self._of_members() or self._of_points()
+
+    def _of_sections(self) -> str:
+        if (self.radius is None) == (self.side is None):
+            return "it needs a `radius`, of round sections, or a `side`, of rectangular ones"
+        if self.inner is not None and self.radius is None:
+            return "`inner` is of round sections, and rectangular ones have a `side` and a `height`"
+        if self.height is not None and self.side is None:
+            return "`height` is of rectangular sections, and round ones have a `radius` alone"
+        for name in MEASURES:
+            if getattr(self, f"end_{name}") is not None and getattr(self, name) is None:
+                return f"`end_{name}` is what `{name}` comes to at the second point, and there is no `{name}`"
+        for name in (*MEASURES, *(f"end_{name}" for name in MEASURES)):
+            given = getattr(self, name)
+            if given is not None and len(given) not in (1, len(self.pairs)):
+                return (
+                    f"`{name}` has {len(given)} values, and there are {len(self.pairs)} members: give one, or one each"
+                )
+        pairs = [
+            pair
+            for i in range(len(self.pairs))
+            for pair in zip(self._of(i, "radius"), self._of(i, "inner"), strict=True)
+        ]
+        if any(radius is not None and inner is not None and inner >= radius for radius, inner in pairs):
+            return "`inner`, the radius of the hollow, must be less than `radius`"
+        return ""
+
+    def _of_members(self) -> str:
+        known: dict[frozenset[int], int] = {}
+        for number, pair in enumerate(self.pairs, start=1):
+            beyond = next((n for n in pair if not 1 <= n <= len(self.points)), None)
+            if beyond is not None:
+                return f"member {number} ends at point {beyond}, and there are points 1 to {len(self.points)}"
+            if pair[0] == pair[1]:
+                return f"member {number} begins and ends at point {pair[0]}"
+            if (other := known.setdefault(frozenset(pair), number)) != number:
+                return f"members {other} and {number} join the same two points"
+        return ""
+
+    def _of_points(self) -> str:
+        order = sorted(range(len(self.points)), key=lambda i: self.points[i])
+        size = math.dist(*_ends(self.points))
+        for place, i in enumerate(order):
+            for j in order[place + 1 :]:
+                if self.points[j][0] - self.points[i][0] > NEAR * size:
+                    break
+                if math.dist(self.points[i], self.points[j]) <= NEAR * size:
+                    return f"points {min(i, j) + 1} and {max(i, j) + 1} are one: members join where they share a point"
+        joined = self._joined()
+        loose = next((i for i in range(len(self.points)) if i not in joined), None)
+        if loose is None:
+            return ""
+        used = any(loose + 1 in pair for pair in self.pairs)
+        return f"point {loose + 1} {'is not joined to point 1 by members' if used else 'is of no member'}"
+
+    def _joined(self) -> set[int]:
+        """The points that members lead to from the first (from 0)."""
+        beside: dict[int, list[int]] = {}
+        for a, b in self.pairs:
+            beside.setdefault(a - 1, []).append(b - 1)
+            beside.setdefault(b - 1, []).append(a - 1)
+        found, pending = {0}, [0]
+        while pending:
+            new = [j for j in beside.get(pending.pop(), []) if j not in found]
+            found.update(new)
+            pending += new
+        return found
+
+    @cached_property
+    def members(self) -> tuple[Member, ...]:
+        """Its members in order."""
+        ends = [(self.points[a - 1], self.points[b - 1]) for a, b in self.pairs]
+        return tuple(Member(*pair, self._sections(i), self.up) for i, pair in enumerate(ends))
+
+    def _sections(self, i: int) -> tuple[Section, Section]:
+        """Of a member, at its first point and at its second."""
+        first, last = zip(*(self._of(i, name) for name in MEASURES), strict=True)
+        return _section(*first), _section(*last)
+
+    def _of(self, i: int, name: str) -> tuple[float | None, float | None]:
+        """A measure of a member at its first point and at its second, m: without another one the same."""
+        first, last = getattr(self, name), getattr(self, f"end_{name}")
+        return _one(first, i), _one(first if last is None else last, i)
+
+    def run(self, number: int) -> tuple[list[int], list[int]]:
+        """The members that go on straight with one, of its section, itself among them, and the ends of the whole run.
+
+        Members are from 0, points from 1.
+        """
+        found, ends = [number], []
+        for start in self.pairs[number]:
+            member, point = number, start
+            while (after := self._onward(member, point)) is not None and after not in found:
+                found.append(after)
+                member, point = after, next(p for p in self.pairs[after] if p != point)
+            ends.append(point)
+        return found, ends
+
+    def at(self, point: int) -> list[int]:
+        """The members that end at a point, from 0; the point is from 1."""
+        return [i for i, pair in enumerate(self.pairs) if point in pair]
+
+    def _end(self, number: int, point: int) -> Section:
+        """The section of a member, from 0, at one of its points, from 1."""
+        return self.members[number].ends[self.pairs[number].index(point)]
+
+    def _onward(self, number: int, point: int) -> int | None:
+        """The member that goes on straight beyond a point at which no other ends, of the same section."""
+        here = self.at(point)
+        other = next((i for i in here if i != number), None)
+        if len(here) != 2 or other is None or self._end(other, point) != self._end(number, point):
+            return None
+        one, two = self.members[number], self.members[other]
+        return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
+
+    def crossing(self) -> tuple[int, int] | None:
+        """The first two members, from 1, whose axes meet where they share no point, or lie on each other; else None."""
+        near = CROSSED * self.diagonal
+        spans = [sorted((m.begin[0], m.end[0])) for m in self.members]
+        order = sorted(range(len(spans)), key=lambda i: spans[i][0])
+        for place, i in enumerate(order):
+            for j in order[place + 1 :]:
+                if spans[j][0] > spans[i][1] + near:
+                    break
+                shared = set(self.pairs[i]) & set(self.pairs[j])
+                if self._along(i, j, near) if shared else _apart(self.members[i], self.members[j]) <= near:
+                    return min(i, j) + 1, max(i, j) + 1
+        return None
+
+    def _along(self, i: int, j: int, near: float) -> bool:
+        """Whether the end that one of two members has for itself is on the axis of the other, within near, m."""
+        for one, other in ((i, j), (j, i)):
+            end = next(n for n in self.pairs[one] if n not in self.pairs[other])
+            s, u, v = self.members[other].own(self.points[end - 1])
+            if math.hypot(u, v) <= near and 0.0 <= s <= self.members[other].length:
+                return True
+        return False
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        if self.fault:
+            return _ends(self.points)
+        return _ends([end for member in self.members for end in member.bounds])
+
+    @property
+    def volume(self) -> float:
+        """Of all members, m^3: what they share at joints counts for each, as in the theory of frames."""
+        return sum(member.volume for member in self.members)
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether a member holds a point, give or take 1e-9 of its length."""
+        return any(member.contains(point) for member in self.members)
+
+    def hollow_at(self, point: Vector3) -> bool:
+        """Whether a point is on the axis of a member with a hole, and in none."""
+        return any(member.hollow_at(point) for member in self.members)
+
+    def nearest(self, X: Floats) -> Floats:
+        """The member that each point X (n, 3), m, is in or nearest to (n,), from 0."""
+        found = np.array([_outside(member, X) for member in self.members])
+        best: Floats = np.argmin(found, axis=0)
+        return best
+
+    def surface(self, size: float) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3) of the surfaces of its members, outward; they pass each other."""
+        from softmark.solvers.mesh.shape_surfaces import skin_of
+
+        points, triangles, count = [], [], 0
+        for member in self.members:
+            X, t = skin_of(member, 16, max(2, min(48, round(member.length / size))))
+            points.append(X)
+            triangles.append(t + count)
+            count += len(X)
+        return np.concatenate(points), np.concatenate(triangles)
+
+
+def _section(radius: float | None, inner: float | None, side: float | None, height: float | None) -> Section:
+    if radius is not None:
+        return Disc(radius) if inner is None else Annulus(radius, inner)
+    side = side or 1.0  # without one it is a fault, of which only that is said
+    return Rectangle(side, height or side)
+
+
+def _one(values: tuple[float, ...] | None, i: int) -> float | None:
+    return None if values is None else values[0] if len(values) == 1 else values[i]
+
+
+def _ends(points: tuple[Vector3, ...] | list[Vector3]) -> Bounds:
+    x, y, z = zip(*points, strict=True)
+    return (min(x), min(y), min(z)), (max(x), max(y), max(z))
+
+
+def _outside(member: Member, X: Floats) -> Floats:
+    """How far outside of a member points X (n, 3) lie (n,), m, with a little of how far from its axis."""
+    s, u, v = member.coordinates(X)
+    along = np.maximum(np.maximum(-s, s - member.length), 0.0)
+    found: Floats = np.hypot(along, member.section.outside(u, v)) + 1e-6 * np.hypot(along, np.hypot(u, v))
+    return found
+
+
+def _apart(one: Member, other: Member) -> float:
+    """The distance between the axes of two members, m."""
+    d1, d2 = ([q - p for p, q in zip(m.begin, m.end, strict=True)] for m in (one, other))
+    r = [p - q for p, q in zip(one.begin, other.begin, strict=True)]
+    a, e, f = dot(d1, d1), dot(d2, d2), dot(d2, r)
+    c, b = dot(d1, r), dot(d1, d2)
+    across = a * e - b * b
+    s = min(max((b * f - c * e) / across, 0.0), 1.0) if across > 1e-12 * a * e else 0.0
+    t = (b * s + f) / e
+    if not 0.0 <= t <= 1.0:
+        t = min(max(t, 0.0), 1.0)
+        s = min(max((b * t - c) / a, 0.0), 1.0)
+    return math.dist([p + s * d for p, d in zip(one.begin, d1, strict=True)],
+                     [p + t * d for p, d in zip(other.begin, d2, strict=True)])  # fmt: skip

@@ -1,0 +1,72 @@
+"""Where the volume of a curved cell is not positive, proved by bounds and not looked for at points.
+
+det dX/dxi of a ten-node tetrahedron is a cubic over it, and of an eight-node hexahedron of degree two in each local
+coordinate. Such a polynomial lies between its least and its largest Bernstein coefficient, which its values on a
+regular lattice give; where they do not decide, the cell is cut into eight, whose coefficients are closer, and asked
+again. Source: Johnen, Remacle and Geuzaine (2013), "Geometrical validity of curvilinear finite elements".
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.elements import element_of
+from softmark.solvers.elements.reference_cells import Hexahedron
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
+
+POINTS = 5  # per axis, of the finest Gauss rule that looks at cells: those of the elements have 2 or 3
+DEPTH = 8  # cuts at most: a cell that is undecided then is within 1e-4 of a volume of zero, and counts as folded
+
+
+@lru_cache(maxsize=2)
+def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
+    """Local points (k, 3), coefficients from values there (k, k), and values there in each of eight parts (8, k, k)."""
+    element = element_of(kind)
+    n, at = element.warp, element.lattice(element.warp)
+    coefficients = np.asarray(np.linalg.inv(element.bernstein(n, at)), dtype=np.float64)
+    within: Floats = np.stack([element.bernstein(n, part) @ coefficients for part in element.eighths(n)])
+    return at, coefficients, within
+
+
+def folded(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
+    """Cells in which det dX/dxi is somewhere at most `least` (m,), m^3, and the local point of its lowest value seen.
+
+    None for four-node tetrahedra, whose volume is the same everywhere.
+    """
+    if mesh.element.constant:
+        return np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+    at, coefficients, within = _lattice(mesh.kind)
+    values = jacobians(mesh, at) - least[:, None]
+    cell, bad = np.arange(len(values)), values.min(axis=1) <= 0.0
+    for _ in range(DEPTH):
+        open_ = ~bad[cell] & ((values @ coefficients.T).min(axis=1) <= 0.0)
+        values, cell = values[open_], cell[open_]
+        if not len(cell):
+            break
+        values = np.einsum("pkl,ml->mpk", within, values).reshape(-1, values.shape[1])
+        cell = np.repeat(cell, 8)
+        np.logical_or.at(bad, cell, values.min(axis=1) <= 0.0)
+    bad[cell] = True
+    found = np.flatnonzero(bad)
+    fine = np.concatenate([at, *mesh.element.eighths(mesh.element.warp)])
+    lowest = jacobians(Mesh(mesh.points, mesh.cells[found], mesh.kind), fine).argmin(axis=1)
+    return found, fine[lowest]
+
+
+def folded_at_corners(mesh: Mesh) -> NDArray[np.bool_]:
+    """Hexahedra (m,) that are inside out at a corner only, and at no integration point of a rule of POINTS per axis.
+
+    Their integrals are those of the polynomials that they are, so that they pass the patch test. Source: MacNeal and
+    Harder (1985), "A proposed standard set of problems to test finite element accuracy", whose solid patch has one.
+    """
+    if not issubclass(mesh.element, Hexahedron):
+        return np.zeros(len(mesh.cells), dtype=np.bool_)
+    ends = np.array([-1.0, 1.0])
+    inner = np.polynomial.legendre.leggauss(POINTS)[0]
+    corners, points = (np.stack(np.meshgrid(s, s, s), axis=-1).reshape(-1, 3) for s in (ends, inner))
+    least = 1e-3 * np.abs(mesh.volumes) / mesh.element.volume  # of the mean of det dX/dxi: what is less is flat
+    turned = np.asarray((jacobians(mesh, corners) <= 0.0).any(axis=1), dtype=np.bool_)
+    return np.asarray(turned & (jacobians(mesh, points) > least[:, None]).all(axis=1), dtype=np.bool_)

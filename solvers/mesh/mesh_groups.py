@@ -1,0 +1,186 @@
+"""Named parts of a mesh: cells, boundary faces and nodes, as sets of these and not as places; they go with it where it
+is split, gets more nodes or is refined.
+
+Faces are kept as a cell and the number of its side, and nodes as a cell and the number of the node in it, which neither
+a new numbering of nodes nor nodes between changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softmark.solvers.mesh.mesh import Ints, Mesh, _keys
+from softmark.solvers.mesh.mesh_group import Group, Groups
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from softmark.solvers.elements.element import Element
+    from softmark.solvers.mesh.mesh import Floats
+
+    Bools = NDArray[np.bool_]
+
+ON = 1e-9  # of a reference cell: how far from a side its points may lie
+
+
+def cells_in(mesh: Mesh, name: str) -> Bools:
+    """Which cells are members of a group (m,): none of one of faces."""
+    group, found = (mesh.groups or {})[name], np.zeros(len(mesh.cells), dtype=np.bool_)
+    if group.kind == "cells":
+        found[group.members] = True
+    return found
+
+
+def facets_in(mesh: Mesh, name: str) -> Bools:
+    """Return which boundary facets (f,) are in a group of faces or belong to a group of cells; none for nodes."""
+    group = (mesh.groups or {})[name]
+    if group.kind == "cells":
+        return cells_in(mesh, name)[mesh.facet_cells]
+    if group.kind == "nodes":
+        return np.zeros(len(mesh.facets), dtype=np.bool_)
+    return same_rows(_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1))
+
+
+def nodes_in(mesh: Mesh, name: str) -> Bools:
+    """Which nodes are of a member (n,)."""
+    group, found = (mesh.groups or {})[name], np.zeros(len(mesh.points), dtype=np.bool_)
+    if group.kind == "cells":
+        found[mesh.cells[group.members]] = True
+    elif group.kind == "nodes":
+        found[_nodes(mesh, group)] = True
+    else:
+        cell, side = group.members.T
+        found[mesh.cells[cell[:, None], np.array(mesh.element.facets)[side]]] = True
+    return found
+
+
+def _nodes(mesh: Mesh, group: Group) -> Ints:
+    """Return the nodes (k,) of a group of nodes; cells of fewer nodes do not have them all."""
+    cell, local = group.members.T
+    known = local < mesh.cells.shape[1]
+    found: Ints = mesh.cells[cell[known], local[known]]
+    return found
+
+
+def node_members(cells: Ints, nodes: Ints) -> Ints:
+    """Return for each node (k,) a cell (m, a) that has it, and its number there (k, 2).
+
+    Nodes of no cell are left out.
+    """
+    own, first = np.unique(cells.ravel(), return_index=True)
+    place = np.minimum(np.searchsorted(own, nodes), len(own) - 1)
+    known = first[place[own[place] == nodes]]
+    return np.stack(np.divmod(known, cells.shape[1]), axis=1).astype(np.int64)
+
+
+def cells_at(mesh: Mesh, name: str, nodes: Ints) -> Bools:
+    """Whether cells that are known by their nodes (n, a), in order, are members (n,)."""
+    return same_rows(mesh.cells[cells_in(mesh, name)], nodes)
+
+
+def _corners(mesh: Mesh, members: Ints) -> Ints:
+    """Nodes at the corners of faces (k, c), in order of their numbers."""
+    cell, side = members.T
+    sides = np.array(mesh.element.facets)[:, : mesh.element.facet.corners]
+    found: Ints = np.sort(mesh.cells[cell[:, None], sides[side]], axis=1)
+    return found
+
+
+def same_rows(known: Ints, rows: Ints) -> Bools:
+    """Which rows of numbers (f, c) are among the known ones (k, c)."""
+    keys = _keys(np.concatenate([known, rows]))
+    return np.isin(keys[len(known) :], keys[: len(known)])
+
+
+def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, int]:
+    """The faces (k, 2) of cells (m, a) whose corners are given (f, c) in any order, and how many are none."""
+    sides = np.array(element.facets)[:, : element.facet.corners]
+    if not len(corners) or corners.shape[1] != sides.shape[1]:
+        return np.zeros((0, 2), dtype=np.int64), len(corners)
+    rows = np.unique(np.sort(corners, axis=1), axis=0)
+    candidates = np.sort(cells[:, sides].reshape(-1, sides.shape[1]), axis=1)
+    keys = _keys(np.concatenate([candidates, rows]))
+    own, wanted = keys[: len(candidates)], keys[len(candidates) :]
+    order = np.argsort(own, kind="stable")
+    place = np.minimum(np.searchsorted(own[order], wanted), len(own) - 1)
+    there = own[order][place] == wanted
+    found = order[place[there]]
+    return np.stack(np.divmod(found, len(sides)), axis=1).astype(np.int64), int((~there).sum())
+
+
+def turned(faces: Ints, which: Bools, element: type[Element]) -> Ints:
+    """The same faces of cells of which some (m,) have their nodes in the order `element.turned`."""
+    now = np.argsort(np.array(element.turned))  # where each node stands afterwards
+    corners = element.facet.corners
+    sides = [frozenset(side[:corners]) for side in element.facets]
+    table = np.array([sides.index(frozenset(now[list(side[:corners])].tolist())) for side in element.facets])
+    cell, side = faces.T
+    return np.stack([cell, np.where(which[cell], table[side], side)], axis=1)
+
+
+def turned_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
+    """Return nodes (k, 2), renumbered in the cells `which` (m,) whose nodes now have the order `element.turned`."""
+    now = np.argsort(np.array(element.turned))
+    cell, local = nodes.T
+    return np.stack([cell, np.where(which[cell], now[local], local)], axis=1)
+
+
+# ------------------------------------------------------------------ with a mesh that changes
+
+
+def split(mesh: Mesh, new: Mesh) -> Mesh:
+    """The cells `new` made of hexahedra, as many of each in their order, with the groups of these."""
+    if not mesh.groups:
+        return new
+    each = len(new.cells) // len(mesh.cells)
+    triangles = np.array(new.element.facets)[:, :3]
+
+    def carried(group: Group) -> Group:
+        if group.kind == "cells":
+            return replace(group, members=_of_each(group.members, each))
+        if group.kind == "nodes":
+            return replace(group, members=node_members(new.cells, np.unique(_nodes(mesh, group))))
+        quads = _corners(mesh, group.members)  # (k, 4)
+        children = _of_each(group.members[:, 0], each).reshape(-1, each)
+        sides = new.cells[children][:, :, triangles]  # (k, each, 4, 3)
+        on = (sides[..., None] == quads[:, None, None, None]).any(axis=-1).all(axis=-1)
+        face, child, side = np.nonzero(on)
+        return replace(group, members=np.stack([children[face, child], side], axis=1))
+
+    return replace(new, groups={name: carried(group) for name, group in mesh.groups.items()})
+
+
+def refined(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | None:
+    """The groups of a mesh of another element, each cell made of children with local points `corners` (c, a, 3)."""
+    if not mesh.groups:
+        return None
+    sides = corners[:, np.array(new.facets)[:, : new.facet.corners]]  # (c, t, k, 3)
+    places = mesh.element.places()[np.array(mesh.element.facets)[:, :3]]  # (s, 3, 3)
+    normal = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])
+    off = np.einsum("ctki,si->sctk", sides, normal) - np.einsum("si,si->s", places[:, 0], normal)[:, None, None, None]
+    on = (np.abs(off) < ON).all(axis=-1)  # (s, c, t)
+    far: Floats = np.abs(mesh.element.places()[:, None, None] - corners).max(axis=-1)  # (a, c, b)
+    # of each node a child that has it, and its number there
+    children = np.array([(np.argwhere(one < ON).tolist() or [[-1, -1]])[0] for one in far])
+
+    def carried(group: Group) -> Group:
+        if group.kind == "cells":
+            return replace(group, members=_of_each(group.members, len(corners)))
+        if group.kind == "nodes":
+            cell, local = group.members.T
+            there = children[local, 0] >= 0
+            cell, (child, own) = cell[there], children[local[there]].T
+            return replace(group, members=np.stack([len(corners) * cell + child, own], axis=1))
+        cell, side = group.members.T
+        face, child, own = np.nonzero(on[side])
+        return replace(group, members=np.stack([len(corners) * cell[face] + child, own], axis=1))
+
+    return {name: carried(group) for name, group in mesh.groups.items()}
+
+
+def _of_each(cells: Ints, each: int) -> Ints:
+    found: Ints = (each * cells[:, None] + np.arange(each)).ravel()
+    return found

@@ -1,0 +1,139 @@
+"""Finer spaces over the cells of a mesh: an order more (tet4 -> tet10), or every cell in eight (tet10, hex8).
+
+The coarse displacements are among the fine ones: `P` takes them there. New nodes lie where the cells' own map puts
+them, on the curved facets of ten-node cells, and on the sides of a shape where facets are inscribed in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.elements import element_of
+from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.shape import Shape, Side
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh_group import Group
+
+WHOLE = 64  # shape functions at the places of new nodes are whole multiples of 1 / WHOLE, or of half of it, and so on
+HELD = 20.0  # bytes for each number of the stiffness of each cell: 8 in it, the rest where it goes and what makes it
+QUARTERS = 4  # steps along an edge, at which new nodes lie
+
+
+class Unmatched(Exception):
+    """The cells of the mesh do not match across their faces, so that nothing can be said of what lies between."""
+
+
+@dataclass(frozen=True)
+class Finer:
+    """A finer mesh (n fine nodes), and `P` (n, coarse nodes), which takes values at coarse nodes to fine ones."""
+
+    mesh: Mesh
+    P: sparse.csr_matrix
+
+    def displaced(self, u: Floats) -> Floats:
+        """Displacements of the fine nodes (n, 3) from those of the coarse ones (c, 3), m."""
+        moved: Floats = self.P @ u
+        return moved
+
+
+def finer(mesh: Mesh, shape: Shape | None = None) -> Finer:
+    """An order more of four-node tetrahedra, and else eight cells for each. Raises Unmatched."""
+    if mesh.skin is not None:
+        raise Unmatched
+    element = element_of(mesh.element.finer)
+    places, children = _pattern(mesh.element, element)
+    labels = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
+    N = mesh.element.shape(places)
+    keys, first, inverse = np.unique(_keys(N, _whole(N), labels[mesh.cells]), return_index=True, return_inverse=True)
+    P = _interpolation(mesh, places, first)
+    local = inverse.reshape(len(mesh.cells), len(places))
+    cells = local[:, children].reshape(-1, children.shape[1]).astype(np.int64)
+    points = P @ mesh.points
+    for side in () if shape is None else shape.sides:
+        _onto(mesh, _on_facet(mesh.element, places), side, points, (labels, keys, _whole(N)))
+    return Finer(Mesh(points, cells, element.name, groups=_groups(mesh, element, places[children])), P)
+
+
+def needs(mesh: Mesh) -> float:
+    """Bytes that forces and stiffness over the finer space of a mesh take at their most, about, before it is made."""
+    own, new = mesh.element, element_of(mesh.element.finer)
+    cells = len(mesh.cells) * (len(own.children()) if own is new else 1)
+    return HELD * cells * (3.0 * new.nodes) ** 2
+
+
+def _groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:
+    """Named parts, of cells made of children with local nodes `corners` (c, a, 3)."""
+    if not mesh.groups:
+        return None
+    from softmark.solvers.mesh.mesh_groups import refined
+
+    return refined(mesh, element, corners)
+
+
+def _whole(N: Floats) -> int:
+    """What makes shape functions whole numbers."""
+    whole = WHOLE
+    while np.abs(whole * N - np.round(whole * N)).max() > 1e-9:
+        whole *= 2
+    return whole
+
+
+def _keys(N: Floats, whole: int, labels: Any) -> Any:
+    """One whole number for each place of each cell (m * l,): the same where it is the same mix of the same nodes."""
+    parts = np.round(whole * N).astype(np.int64).astype(np.uint64)  # (l, a), modulo 2^64
+    with np.errstate(over="ignore"):
+        return (labels[:, None, :] * parts[None]).sum(axis=2, dtype=np.uint64).ravel()
+
+
+def _interpolation(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix:
+    """The shape functions of one cell at every new node, as a matrix (n, coarse nodes)."""
+    cell, place = np.divmod(first, len(places))
+    N = mesh.element.shape(places)[place]  # (n, a)
+    columns = mesh.cells[cell]
+    rows = np.repeat(np.arange(len(first)), N.shape[1])
+    P = sparse.csr_matrix((N.ravel(), (rows, columns.ravel())), shape=(len(first), len(mesh.points)))
+    P.eliminate_zeros()
+    return P
+
+
+def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
+    """Local places of the new nodes (l, 3) in a cell, and the nodes of its children (c, a)."""
+    if own is not new:
+        return new.places(), np.arange(new.nodes)[None]
+    corners = element_of(own.linear).shape(own.places())
+    children = np.einsum("ac,pci->pai", corners, own.children())  # (8, a, 3)
+    lattice, number = np.unique(children.reshape(-1, 3), axis=0, return_inverse=True)
+    return lattice, number.reshape(children.shape[:2])
+
+
+def _onto(mesh: Mesh, places: Floats, side: Side, points: Floats, known: tuple[Any, Any, int]) -> None:
+    """Move what lies on facets that are inscribed in a curved side onto it: `points` are changed.
+
+    `places` (s, 2) are those of the new nodes on a facet, `known` how they were numbered.
+    """
+    labels, keys, whole = known
+    facet, facets = mesh.element.facet, mesh.facets[side.of(mesh.points[mesh.facets])]
+    N = facet.shape(places)
+    there = np.einsum("sa,fai->sfi", N, mesh.points[facets])
+    moved = np.stack(side.onto(tuple(np.moveaxis(there, 2, 0))), axis=2).swapaxes(0, 1).reshape(-1, 3)
+    numbers = np.searchsorted(keys, _keys(N, whole, labels[facets]))
+    away = np.linalg.norm(moved - points[numbers], axis=1) > 1e-12 * mesh.extent
+    points[numbers[away]] = moved[away]
+
+
+def _on_facet(element: type[Element], places: Floats) -> Floats:
+    """Local places on a facet (s, 2) of those in a cell (l, 3) that lie on it."""
+    lattice = element.facet.lattice(QUARTERS)
+    there = element.facet.shape(lattice) @ element.places()[list(element.facets[0])]
+    known: Floats = lattice[(np.abs(there[:, None] - places).max(axis=2) < 1e-9).any(axis=1)]
+    return known
+
+
+__all__ = ["Finer", "Unmatched", "finer"]

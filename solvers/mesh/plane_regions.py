@@ -1,0 +1,353 @@
+"""Plane regions, which bodies of plane strain and plane stress have: meshed as slices, one hexahedron thick.
+
+To add one: a class on `Flat` that maps the unit square to the region, a line in SHAPES.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.cell_counts import divisions
+from softmark.solvers.mesh.conforming_planes import Cut, along, cells
+from softmark.solvers.mesh.shape import Bounds, Shape, Side, Span, Vector3
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from softmark.solvers.mesh.mesh import Floats, Mesh
+else:
+    from softmark.solvers.runtime.lazy_modules import np
+
+ON = 1e-6  # of its size: how far off a side a node of it may be
+NEAR = 1e-9  # of its size: what lies so near to a region is of it
+Place = tuple[float, float]  # x and y, m
+
+
+class Flat(Shape):
+    """A region of the plane z = 0, the image of a square; `depth` (m) is how thick it is, half on each side: 1 m
+    by itself, and of a `Slice` what is asked for.
+
+    The mesh is a grid of the square, carried over with all its nodes: those between corners lie where the map has them.
+    """
+
+    flat = True
+    depth = 1.0
+    across = "t"  # the second coordinate by name: along `s`, the first, lines are straight
+
+    def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
+        """x and y (m) of points of the square, s and t from 0 to 1: counter-clockwise, numbers or arrays."""
+        raise NotImplementedError(f"{type(self).__name__} maps nothing")
+
+    @property
+    def area(self) -> float:
+        """Exact area, m^2."""
+        raise NotImplementedError(f"{type(self).__name__} has no area")
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """The longest way along s, and along t, m."""
+        raise NotImplementedError(f"{type(self).__name__} has no sizes")
+
+    @property
+    def ends(self) -> tuple[Place, Place]:
+        """Lowest and highest x and y, m."""
+        raise NotImplementedError(f"{type(self).__name__} has no ends")
+
+    def within(self, x: float, y: float, slack: float) -> bool:
+        """Whether it holds a point of the plane, give or take `slack` (m)."""
+        raise NotImplementedError(f"{type(self).__name__} holds no points")
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        low, high = self.ends
+        return (*low, -0.5 * self.depth), (*high, 0.5 * self.depth)
+
+    @property
+    def volume(self) -> float:
+        """Exact volume of the slice, m^3."""
+        return self.area * self.depth
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether the slice holds a point, give or take 1e-9 of its size."""
+        slack = NEAR * self.diagonal
+        return abs(point[2]) <= 0.5 * self.depth + slack and self.within(point[0], point[1], slack)
+
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Of the square."""
+        return {"s": (0.0, 1.0), self.across: (0.0, 1.0)}
+
+    @property
+    def gradable(self) -> tuple[str, ...]:
+        """Between opposite sides."""
+        return ("s", self.across)
+
+    def place(self, **at: float) -> Vector3:
+        """A point by its two coordinates, m: without arrays."""
+        x, y = self(at["s"], at[self.across])
+        return float(x), float(y), 0.0
+
+    def slice(self, depth: float) -> Shape:
+        """The slice of it that is so thick (m)."""
+        return Slice(self, depth)
+
+    def _divided(self, size: float) -> tuple[int, int]:
+        """Cells of a size (m) along s and along t, evenly."""
+        return divisions(self.sizes[0], size), divisions(self.sizes[1], size)
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along s and along t."""
+        each = zip(("s", self.across), self._divided(size), strict=True)
+        return tuple(cells(0.0, 1.0, n, along(cuts, axis)) for axis, n in each)
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of an element with edges of about `size` (m), one through the thickness, with nodes on all cuts.
+
+        Raises UnknownElement.
+        """
+        from softmark.solvers.elements import sliced
+        from softmark.solvers.mesh.mesh import Mesh
+        from softmark.solvers.mesh.structured_meshes import grid, solid
+
+        lines = (along(cuts, "s"), along(cuts, self.across))
+        made = solid(grid(*self._divided(size), *lines), 1.0, 1.0, sliced(kind))
+        s, t, z = made.points.T
+        points = np.ascontiguousarray(np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1))
+        for k, ends in enumerate(made.element.between):
+            if len(ends) == 2:
+                _straighten(points, made, ends, made.element.corners + k)
+        return Mesh(points, made.cells, made.kind)
+
+
+def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
+    """Middles of diagonals of a grid of the square put straight between their ends: `points` are changed, m.
+
+    Lines of the grid are straight where sides of the region are; its diagonals are not.
+    """
+    both = square.cells[:, list(ends)]
+    way = np.ptp(square.points[both, :2], axis=1)
+    diagonal = (way > 0.0).all(axis=1)
+    points[square.cells[diagonal, middle]] = points[both[diagonal]].mean(axis=1)
+
+
+@dataclass(frozen=True)
+class Slice(Flat):
+    """A region, so thick (m)."""
+
+    region: Flat
+    depth: float
+
+    def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
+        """As the region has it."""
+        return self.region(s, t)
+
+    @property
+    def fault(self) -> str:
+        """That of the region."""
+        return self.region.fault
+
+    @property
+    def convex(self) -> bool:
+        """As the region is."""
+        return self.region.convex
+
+    @property
+    def across(self) -> str:  # type: ignore[override]
+        """As the region has it."""
+        return self.region.across
+
+    def place(self, **at: float) -> Vector3:
+        """As the region has it."""
+        return self.region.place(**at)
+
+    def _divided(self, size: float) -> tuple[int, int]:
+        """As the region has it."""
+        return self.region._divided(size)
+
+    @property
+    def area(self) -> float:
+        """Of the region, m^2."""
+        return self.region.area
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """Of the region, m."""
+        return self.region.sizes
+
+    @property
+    def ends(self) -> tuple[Place, Place]:
+        """Of the region, m."""
+        return self.region.ends
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """Of the region."""
+        return self.region.sides
+
+    def within(self, x: float, y: float, slack: float) -> bool:
+        """Whether the region holds a point."""
+        return self.region.within(x, y, slack)
+
+
+@dataclass(frozen=True)
+class Quadrilateral(Flat):
+    """A plane region with four straight sides: for `plane_strain` and `plane_stress`.
+
+    Corners are given counter-clockwise, with z = 0, and turn left at each. Cells are those of a grid between opposite
+    sides: `size` is that of cells along the longer of two such sides.
+    """
+
+    convex = True
+
+    first: Annotated[Vector3, "m", "a corner, z = 0"]
+    second: Annotated[Vector3, "m", "the next corner counter-clockwise"]
+    third: Annotated[Vector3, "m", "the corner opposite to the first"]
+    fourth: Annotated[Vector3, "m", "the last corner"]
+
+    @property
+    def _corners(self) -> list[Place]:
+        return [(c[0], c[1]) for c in (self.first, self.second, self.third, self.fourth)]
+
+    @property
+    def _turns(self) -> list[float]:
+        """Twice the area of the triangle at each corner, positive where the border turns left, m^2."""
+        at = self._corners
+        return [_twice(at[i - 1], at[i], at[(i + 1) % 4]) for i in range(4)]
+
+    @property
+    def fault(self) -> str:
+        """Corners off the plane, or that turn right."""
+        if any(c[2] for c in (self.first, self.second, self.third, self.fourth)):
+            return "its corners must lie in the plane z = 0"
+        if min(self._turns) <= NEAR * max(map(abs, self._turns)):
+            return "its corners must go counter-clockwise, and turn left at each of the four"
+        return ""
+
+    def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
+        """Bilinear: straight lines between points of opposite sides."""
+        weights = ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)
+        x, y = (sum(w * c[i] for w, c in zip(weights, self._corners, strict=True)) for i in (0, 1))
+        return x, y
+
+    @property
+    def area(self) -> float:
+        """Exact area, m^2."""
+        return 0.5 * (self._turns[0] + self._turns[2])
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """The longer of two opposite sides, m."""
+        a, b, c, d = self._corners
+        return max(math.dist(a, b), math.dist(d, c)), max(math.dist(a, d), math.dist(b, c))
+
+    @property
+    def ends(self) -> tuple[Place, Place]:
+        """Lowest and highest x and y, m."""
+        x, y = zip(*self._corners, strict=True)
+        return (min(x), min(y)), (max(x), max(y))
+
+    def within(self, x: float, y: float, slack: float) -> bool:
+        """Left of all its sides, give or take `slack` (m)."""
+        at = self._corners
+        sides = ((at[i], at[(i + 1) % 4]) for i in range(4))
+        return all(_twice(a, b, (x, y)) >= -slack * math.dist(a, b) for a, b in sides)
+
+
+def _twice(a: Place, b: Place, c: Place) -> float:
+    """Twice the area of a triangle, positive counter-clockwise, m^2."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+@dataclass(frozen=True)
+class QuarterRing(Flat):
+    """The quarter x >= 0, y >= 0 of what lies between two ellipses, or two circles, around the origin.
+
+    For `plane_strain` and `plane_stress`: with `symmetric(...)` on both straight sides it stands for the whole. Cells
+    go from one ellipse to the other along straight lines between points of equal eccentric angle, and all nodes of
+    curved sides lie on them. `size` is that of cells where they are largest.
+    """
+
+    across = "turn"
+
+    inner: Annotated[float, "m in (0, inf)", "semi-axis of the hole along x"]
+    outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer border along x"]
+    inner_y: Annotated[float | None, "m in (0, inf)", "semi-axis of the hole along y; as along x without"] = None
+    outer_y: Annotated[float | None, "m in (0, inf)", "that of the outer border; as along x without"] = None
+
+    @property
+    def _hole(self) -> Place:
+        return self.inner, self.inner_y or self.inner
+
+    @property
+    def _border(self) -> Place:
+        return self.outer, self.outer_y or self.outer
+
+    @property
+    def fault(self) -> str:
+        """A wall that is not there."""
+        (a, b), (c, d) = self._hole, self._border
+        return "" if a < c and b < d else "its hole must be smaller than its outer border, along x and along y"
+
+    def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
+        """s goes out from the hole, t around from the x axis."""
+        turn = 0.5 * math.pi * t
+        (a, b), (c, d) = self._hole, self._border
+        return (a + s * (c - a)) * np.cos(turn) * (t < 1), (b + s * (d - b)) * np.sin(turn)  # 0 on the y axis, exactly
+
+    def place(self, **at: float) -> Vector3:
+        """A point by its two coordinates, m: without arrays."""
+        turn, s = 0.5 * math.pi * at["turn"], at["s"]
+        (a, b), (c, d) = self._hole, self._border
+        return (a + s * (c - a)) * math.cos(turn), (b + s * (d - b)) * math.sin(turn), 0.0
+
+    @property
+    def area(self) -> float:
+        """Exact area, m^2."""
+        (a, b), (c, d) = self._hole, self._border
+        return 0.25 * math.pi * (c * d - a * b)
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """The wall at its thickest, and a quarter of the circle around all of it, m."""
+        (a, b), (c, d) = self._hole, self._border
+        return max(c - a, d - b), 0.5 * math.pi * max(c, d)
+
+    @property
+    def ends(self) -> tuple[Place, Place]:
+        """Lowest and highest x and y, m."""
+        return (0.0, 0.0), self._border
+
+    def within(self, x: float, y: float, slack: float) -> bool:
+        """In the quarter, and between the ellipses, give or take `slack` (m)."""
+        (a, b), (c, d) = self._hole, self._border
+        out, off = math.hypot(x / a, y / b) - 1.0, math.hypot(x / c, y / d) - 1.0
+        return x >= -slack and y >= -slack and out >= -slack / min(a, b) and off <= slack / min(c, d)
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The hole and the outer border."""
+        return (Elliptic(*self._border), Elliptic(*self._hole))
+
+
+@dataclass(frozen=True)
+class Elliptic(Side):
+    """An elliptic cylinder around the z axis: semi-axes along x and y, m. Points go straight away from the axis."""
+
+    a: float
+    b: float
+
+    def of(self, corners: Floats) -> NDArray[np.bool_]:
+        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        unit = np.hypot(corners[..., 0] / self.a, corners[..., 1] / self.b)
+        found: NDArray[np.bool_] = np.asarray((np.abs(unit - 1.0) < ON).all(axis=1))
+        return found
+
+    def onto(self, place: Any) -> Any:
+        """Points off the axis, moved straight away from it."""
+        x, y, z = place
+        out = ((x * (1.0 / self.a)) ** 2 + (y * (1.0 / self.b)) ** 2) ** -0.5
+        return x * out, y * out, z

@@ -1,0 +1,35 @@
+"""Pressures of mixed elements: which cells share them, and their shape functions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements import element_of
+from softmark.solvers.mesh.element_interpolation import Rule
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+
+
+@dataclass(frozen=True)
+class Pressures:
+    """`cells` (m, b): the numbers, from 0, of each cell's pressures; `N` (q, b) their shape functions; how many."""
+
+    cells: Ints
+    N: Floats
+    count: int
+
+
+def pressures(mesh: Mesh, rule: Rule | None = None) -> Pressures:
+    """Continuous and linear between corners, or one in each cell, as the element says.
+
+    Raises KeyError for elements that have none: a linear tetrahedron has too few displacements for any pressure.
+    """
+    xi, _ = rule or mesh.element.quadrature()
+    element = mesh.element
+    if element.pressures == "corners":
+        corners, numbers = np.unique(mesh.cells[:, : element.corners], return_inverse=True)
+        cells = numbers.reshape(-1, element.corners).astype(np.int64)
+        return Pressures(cells, element_of(element.linear).shape(xi), len(corners))
+    if element.pressures == "cell":
+        return Pressures(np.arange(len(mesh.cells))[:, None], np.ones((len(xi), 1)), len(mesh.cells))
+    raise KeyError(mesh.kind)

@@ -1,0 +1,243 @@
+"""Plane meshes of quadrilaterals in polygons: grids where the sides allow one, and else triangles, each cut in three.
+
+Triangles are those of Delaunay, refined as Ruppert (1995, J. Algorithms 18:548) has it: a side that a point comes near
+to is halved, and a triangle that is too large or too thin gets a point in the middle of its circle.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from softmark.solvers.mesh.cell_counts import divisions
+from softmark.solvers.mesh.conforming_planes import Cut, along
+from softmark.solvers.mesh.files.triangle_proximity import ends_of
+from softmark.solvers.mesh.mesh import Floats, Ints
+from softmark.solvers.mesh.polygons import Corners, edges, ends, square, turns
+from softmark.solvers.mesh.structured_meshes import PlaneMesh, grid, grid_of, line_of
+
+LARGE = 1.0  # sizes: the circle of a triangle may be as large as an equilateral triangle's of twice the size, and a bit
+THIN = 1.3  # radius of a triangle's circle over its shortest edge: 22.6 degrees is the least angle then
+SHORTEST = 0.2  # of the size, and of the shortest side: no side is halved to less
+ROUNDS, SMOOTHED = 60, 6
+
+
+def quads(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """Cells with edges of about `size` (m) in a simple polygon whose corners go counter-clockwise.
+
+    Of one whose sides go along the axes, lines of the grid lie on the cuts of `first` and `second`.
+    """
+    if square(corners):
+        return _rectilinear(corners, size, cuts)
+    if len(corners) == 4 and min(turns(corners)) > 0.3:
+        return _bilinear(corners, size)
+    return _in_three(*triangles(corners, 2.0 * size))
+
+
+# ------------------------------------------------------------------ grids
+
+
+def _rectilinear(corners: Corners, size: float, cuts: tuple[Cut, ...]) -> PlaneMesh:
+    """The cells of a grid through all corners that lie within."""
+    (left, low), (right, high) = ends(corners)
+    x = line_of(left, right, size, [c[0] for c in corners], along(cuts, "first"))
+    y = line_of(low, high, size, [c[1] for c in corners], along(cuts, "second"))
+    whole = grid_of(x, y)
+    middles = whole.points[whole.quads].mean(axis=1)
+    used, cells = np.unique(whole.quads[inside(corners, middles)], return_inverse=True)
+    return PlaneMesh(whole.points[used], cells.reshape(-1, 4).astype(np.int64), whole.colour[used])
+
+
+def _bilinear(corners: Corners, size: float) -> PlaneMesh:
+    """A grid between opposite sides."""
+    a, b, c, d = (np.array(p) for p in corners)
+    lengths = [math.dist(*side) for side in edges(corners)]
+    whole = grid(divisions(max(lengths[0], lengths[2]), size), divisions(max(lengths[1], lengths[3]), size))
+    s, t = whole.points.T[..., None]
+    points = (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d
+    return PlaneMesh(points, whole.quads, whole.colour)
+
+
+# ------------------------------------------------------------------ triangles
+
+
+def _in_three(points: Floats, cells: Ints) -> PlaneMesh:
+    """Each triangle cut from its middle to those of its sides: corners and middles have one colour, sides the other."""
+    n = len(points)
+    sides = np.sort(ends_of(cells), axis=1)
+    pairs, number = np.unique(sides, axis=0, return_inverse=True)
+    at = n + number.reshape(-1, 3)
+    centre = n + len(pairs) + np.arange(len(cells))
+    quads = np.stack([np.stack([cells[:, k], at[:, k], centre, at[:, k - 1]], axis=1) for k in range(3)], axis=1)
+    every = np.concatenate([points, points[pairs].mean(axis=1), points[cells].mean(axis=1)])
+    colour = np.concatenate([np.zeros(n), np.ones(len(pairs)), np.zeros(len(cells))]).astype(np.int64)
+    return PlaneMesh(every, quads.reshape(-1, 4).astype(np.int64), colour)
+
+
+def triangles(corners: Corners, size: float) -> tuple[Floats, Ints]:
+    """Points (n, 2), m, and triangles (t, 3), counter-clockwise, with edges of about `size` (m) in a polygon."""
+    border, sides = _border(corners, size)
+    points = np.concatenate([border, _lattice(corners, border, sides, size)])
+    shortest = min(math.dist(*side) for side in edges(corners))
+    least = SHORTEST * min(size, shortest)
+    for _ in range(ROUNDS):
+        cells = _delaunay(points, corners)
+        split = _near(points, sides, cells, least)
+        new, more = _middles(points, sides, cells, size, least) if not split.any() else (points[:0], split)
+        if not len(new) and not more.any():
+            break
+        points, sides = _halved(points, sides, more)
+        points = np.concatenate([points, new])
+    return _smoothed(points, sides, corners)
+
+
+def _border(corners: Corners, size: float) -> tuple[Floats, Ints]:
+    """Points along the sides, and pairs of them that are a side's parts (s, 2)."""
+    found: list[Floats] = []
+    for a, b in edges(corners):
+        n = divisions(math.dist(a, b), size)
+        t = np.arange(n)[:, None] / n
+        found.append((1.0 - t) * np.array(a) + t * np.array(b))
+    points = np.concatenate(found)
+    i = np.arange(len(points))
+    return points, np.stack([i, np.roll(i, -1)], axis=1)
+
+
+def _lattice(corners: Corners, border: Floats, sides: Ints, size: float) -> Floats:
+    """Points of a lattice of equilateral triangles that are within, and not near to the border."""
+    (left, low), (right, high) = ends(corners)
+    rows = np.arange(low, high, size * math.sqrt(0.75))
+    columns = np.arange(left, right + size, size)
+    x, y = np.meshgrid(columns, rows)
+    x = x - 0.5 * size * (np.arange(len(rows)) % 2)[:, None]
+    points = np.stack([x.ravel(), y.ravel()], axis=1)
+    points = points[inside(corners, points)]
+    far = _from_sides(points, border[sides]) > 0.55 * size
+    found: Floats = points[far]
+    return found
+
+
+def _from_sides(points: Floats, sides: Floats) -> Floats:
+    """How far points (n, 2) are from the nearest of sides (s, 2, 2), (n,), m."""
+    best = np.full(len(points), np.inf)
+    for a, b in sides:
+        d = b - a
+        t = np.clip((points - a) @ d / (d @ d), 0.0, 1.0)
+        best = np.minimum(best, np.linalg.norm(points - a - t[:, None] * d, axis=1))
+    return best
+
+
+def inside(corners: Corners, points: Floats) -> np.ndarray:
+    """Which points (n, 2) lie in a polygon (n,): a ray to the right crosses its sides an odd number of times."""
+    found = np.zeros(len(points), dtype=np.bool_)
+    x, y = points.T
+    for (a, b), (c, d) in edges(corners):
+        if b != d:
+            found ^= ((b > y) != (d > y)) & (x < a + (y - b) / (d - b) * (c - a))
+    return found
+
+
+def _delaunay(points: Floats, corners: Corners) -> Ints:
+    """The triangles of Delaunay that lie in a polygon (t, 3), counter-clockwise."""
+    from scipy.spatial import Delaunay
+
+    cells = Delaunay(points).simplices.astype(np.int64)
+    area = _areas(points, cells)
+    cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
+    sound = np.abs(area) > 1e-12 * float(np.abs(area).max())
+    cells = cells[sound]
+    found: Ints = cells[inside(corners, points[cells].mean(axis=1))]
+    return found
+
+
+def _areas(points: Floats, cells: Ints) -> Floats:
+    a, b, c = (points[cells[:, k]] for k in range(3))
+    found: Floats = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    return found
+
+
+def _near(points: Floats, sides: Ints, cells: Ints, least: float) -> np.ndarray:
+    """Which sides are no edge of a triangle, or have a point in their circle that a triangle joins to them (s,)."""
+    n = len(points)
+    own = np.sort(ends_of(cells), axis=1) @ [n, 1]
+    opposite = cells[:, [2, 0, 1]].ravel()
+    order = np.argsort(own)
+    keys = np.sort(sides, axis=1) @ [n, 1]
+    at = np.minimum(np.searchsorted(own[order], keys), len(own) - 1)
+    there = own[order][at] == keys
+    a, b = points[sides[:, 0]], points[sides[:, 1]]
+    apex = points[opposite[order][at]]
+    inner = np.einsum("si,si->s", apex - a, apex - b) < 0.0
+    long = np.linalg.norm(b - a, axis=1) > 2.0 * least
+    found: np.ndarray = ~there | (inner & long)
+    return found
+
+
+def _middles(points: Floats, sides: Ints, cells: Ints, size: float, least: float) -> tuple[Floats, np.ndarray]:
+    """Middles of the circles of bad triangles, some far from each other; or sides that these come near to."""
+    X = points[cells]
+    edge = np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2)
+    radius = edge.prod(axis=1) / (4.0 * _areas(points, cells))
+    shortest = edge.min(axis=1)
+    bad = (radius > LARGE * size) | ((radius > THIN * shortest) & (shortest > least))
+    centre = _circumcentres(X[bad])
+    order = np.argsort(-radius[bad])
+    a, b = points[sides[:, 0]], points[sides[:, 1]]
+    split = np.zeros(len(sides), dtype=np.bool_)
+    kept: list[tuple[Floats, float]] = []
+    long = np.linalg.norm(b - a, axis=1) > 2.0 * least
+    for i in order.tolist():
+        c, r = centre[i], radius[bad][i]
+        near = np.einsum("si,si->s", c - a, c - b) < 0.0
+        if near.any():
+            split |= near & long
+        elif all(math.dist(c, k) > 0.7 * max(r, s) for k, s in kept):
+            kept.append((c, r))
+    new = np.array([k for k, _ in kept]).reshape(-1, 2)
+    return new, split
+
+
+def _circumcentres(X: Floats) -> Floats:
+    """Of triangles (t, 3, 2)."""
+    b, c = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
+    d = 2.0 * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
+    bb, cc = (b**2).sum(axis=1), (c**2).sum(axis=1)
+    u = np.stack([c[:, 1] * bb - b[:, 1] * cc, b[:, 0] * cc - c[:, 0] * bb], axis=1)
+    found: Floats = X[:, 0] + u / d[:, None]
+    return found
+
+
+def _halved(points: Floats, sides: Ints, which: np.ndarray) -> tuple[Floats, Ints]:
+    """Some sides with a point in their middle."""
+    own = sides[which]
+    new = len(points) + np.arange(len(own))
+    halves = np.concatenate([np.stack([own[:, 0], new], axis=1), np.stack([new, own[:, 1]], axis=1)])
+    return np.concatenate([points, points[own].mean(axis=1)]), np.concatenate([sides[~which], halves])
+
+
+def _smoothed(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints]:
+    """Inner points moved to the middle of their neighbours, as long as the worst triangle gets no worse."""
+    cells = _delaunay(points, corners)
+    free = np.ones(len(points), dtype=np.bool_)
+    free[sides] = False
+    for _ in range(SMOOTHED):
+        pairs = np.unique(np.sort(ends_of(cells), axis=1), axis=0)
+        total, count = np.zeros_like(points), np.zeros(len(points))
+        for i, j in (pairs.T, pairs.T[::-1]):
+            np.add.at(total, i, points[j])
+            np.add.at(count, i, 1.0)
+        moved = np.where((free & (count > 0))[:, None], total / np.maximum(count, 1.0)[:, None], points)
+        again = _delaunay(moved, corners)
+        if _near(moved, sides, again, np.inf).any() or _worst(moved, again) < _worst(points, cells):
+            break
+        points, cells = moved, again
+    used, number = np.unique(cells, return_inverse=True)
+    return points[used], number.reshape(-1, 3).astype(np.int64)
+
+
+def _worst(points: Floats, cells: Ints) -> float:
+    """The lowest quality: four times the root of three times the area over the squares of the edges, 1 at the best."""
+    X = points[cells]
+    squares = ((X - np.roll(X, 1, axis=1)) ** 2).sum(axis=(1, 2))
+    return float((4.0 * math.sqrt(3.0) * _areas(points, cells) / squares).min())

@@ -1,0 +1,275 @@
+"""Bodies of revolution: a polygon turned around an axis, and cones."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.mesh import polygons
+from softmark.solvers.mesh.cell_counts import divisions, of_disc
+from softmark.solvers.mesh.conforming_planes import Cut, along, cells
+from softmark.solvers.mesh.curved_boundary import Conical
+from softmark.solvers.mesh.polygons import Corners
+from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3, dot, moved, transverse
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.mesh import Mesh
+    from softmark.solvers.mesh.shape import Swept
+
+ON_AXIS = 1e-9  # of the largest radius: a corner that is nearer lies on the axis
+HEXAHEDRA = "it meets its axis at a tip, or more than once"
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A flat part of the surface, around the axis: `at` it, from `inner` to `outer` (m); it looks `up` or back."""
+
+    at: float
+    inner: float
+    outer: float
+    up: bool
+
+
+class Revolution(Shape):
+    """What a polygon sweeps whose corners are distances from an axis, and places along it from `origin`, m."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def axis(self) -> Vector3:
+            """Unit vector along it."""
+
+        @property
+        def origin(self) -> Vector3:
+            """Where its coordinate is zero, m."""
+
+    @property
+    def outline(self) -> Corners:
+        """The corners, counter-clockwise in the plane of (r, z), m."""
+        raise NotImplementedError(f"{type(self).__name__} has no outline")
+
+    @property
+    def widest(self) -> float:
+        """The largest, m."""
+        return max(r for r, _ in self.outline)
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m: of the circles of its corners."""
+        low, high = [math.inf] * 3, [-math.inf] * 3
+        for r, z in self.outline:
+            for i, (o, a) in enumerate(zip(self.origin, self.axis, strict=True)):
+                reach = r * math.sqrt(max(0.0, 1.0 - a * a))
+                low[i], high[i] = min(low[i], o + z * a - reach), max(high[i], o + z * a + reach)
+        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3: that of Pappus."""
+        return 2.0 * math.pi * polygons.centroid(self.outline)[0] * polygons.signed(self.outline)
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether it holds a point, give or take 1e-9 of its size."""
+        off = [p - o for p, o in zip(point, self.origin, strict=True)]
+        z, *across = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
+        return polygons.within(self.outline, math.hypot(*across), z, polygons.SAME * self.diagonal)
+
+    @property
+    def slanted(self) -> tuple[tuple[Conical, bool], ...]:
+        """Its curved sides, and whether each looks away from the axis."""
+        found, least = [], ON_AXIS * self.widest
+        for (a, b), (c, d) in polygons.edges(self.outline):
+            if abs(d - b) <= least or max(a, c) <= least:
+                continue
+            (r, z), (q, w) = ((a, b), (c, d)) if d > b else ((c, d), (a, b))
+            found.append((Conical(self.axis, moved(self.origin, (z, self.axis)), w - z, r, q), d > b))
+        return tuple(found)
+
+    @property
+    def sides(self) -> tuple[Conical, ...]:
+        """Its curved sides."""
+        return tuple(side for side, _ in self.slanted)
+
+    @property
+    def rings(self) -> tuple[Ring, ...]:
+        """The flat parts of its surface."""
+        sides, least = polygons.edges(self.outline), ON_AXIS * self.widest
+        return tuple(Ring(b, min(a, c), max(a, c), c < a) for (a, b), (c, d) in sides if abs(d - b) <= least)
+
+    @property
+    def skin(self) -> float:
+        """Exact area of its surface, m^2: that of Pappus."""
+        return sum(math.pi * (a + c) * math.dist((a, b), (c, d)) for (a, b), (c, d) in polygons.edges(self.outline))
+
+
+@dataclass(frozen=True)
+class Revolved(Revolution):
+    """A polygon turned around an axis: a body of revolution with straight edges in its section.
+
+    Corners are pairs of the distance from the axis (r, not negative) and the place along it (z), in either sense around
+    the polygon, each once; the last is joined to the first. A side on the axis makes it solid there. Sides must not
+    cross or touch, and none may touch the axis at a point alone. Cells of the section are those of `extruded`, swept
+    around; a body that ends flat where it meets the axis, such as a stepped shaft, has a core of well-shaped cells.
+    Another that meets the axis, such as one with a tip, is meshed with tetrahedra alone, which are thin at the axis.
+    The mesh is inscribed: its points lie on the circles, so that a coarse mesh of linear elements holds less volume, or
+    around a hollow more (the report says how much).
+    """
+
+    gap = "no convex body"
+
+    corners: Annotated[tuple[tuple[float, float], ...], "points of m", "corners of its section: r and z of each"]
+    axis: Annotated[Vector3, "direction", "direction of the axis"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector3, "m", "the point of the axis with z = 0 of the section"] = (0.0, 0.0, 0.0)
+
+    @property
+    def fault(self) -> str:
+        """What is wrong with the polygon, and where it goes past its axis."""
+        if any(r < 0.0 for r, _ in self.corners):
+            return "its section reaches past the axis: distances from it must not be negative"
+        return polygons.fault(self.corners) or _pinched(polygons.turned(self.corners))
+
+    @property
+    def convex(self) -> bool:
+        """Whether it is solid, and its section convex."""
+        return not self.fault and len(self.on_axis) > 1 and polygons.convex(self.outline)
+
+    @property
+    def outline(self) -> Corners:
+        """The corners, counter-clockwise in the plane of (r, z), m."""
+        return polygons.turned(self.corners) if self.corners else ((0.0, 0.0),)
+
+    @property
+    def on_axis(self) -> tuple[int, ...]:
+        """Which of its corners lie on the axis."""
+        return _on_axis(self.outline)
+
+    @property
+    def cored(self) -> bool:
+        """Whether it meets the axis once, and ends flat there."""
+        return _cored(self.outline)
+
+    @property
+    def lacks(self) -> str:
+        """Why it has no mesh of hexahedra; "" where it has one."""
+        return "" if not self.on_axis or self.cored else HEXAHEDRA
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) across the section, of all its width and height, and around."""
+        (left, low), (right, high) = polygons.ends(self.outline)
+        return divisions(right - left, size), divisions(high - low, size), 8 * divisions(math.pi * right / 4, size)
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
+        from softmark.solvers.mesh.revolved_meshes import around
+        from softmark.solvers.mesh.shape import placed
+        from softmark.solvers.mesh.structured_meshes import rounded
+
+        made = around(self.outline, self.counts(size)[-1], size, kind, bool(self.on_axis), self.cored)
+        return rounded(placed(made, self.axis, self.origin), self.sides)
+
+
+def _on_axis(outline: Corners) -> tuple[int, ...]:
+    least = ON_AXIS * max(r for r, _ in outline)
+    return tuple(i for i, (r, _) in enumerate(outline) if r <= least)
+
+
+@lru_cache(maxsize=64)
+def _pinched(outline: Corners) -> str:
+    """Where a corner of a sound polygon touches the axis without a side along it."""
+    there = set(_on_axis(outline))
+    n = len(outline)
+    alone = [i for i in there if (i - 1) % n not in there and (i + 1) % n not in there]
+    if not alone:
+        return ""
+    z = outline[min(alone)][1]
+    return f"its section touches the axis at one point alone, at z = {1e3 * z:.6g} mm: leave room, or give a side on it"
+
+
+@lru_cache(maxsize=64)
+def _cored(outline: Corners) -> bool:
+    """Whether a polygon has one run of sides on the axis, and flat ones at its ends."""
+    there, n = _on_axis(outline), len(outline)
+    if len(there) < 2:
+        return False
+    tops = [i for i in there if (i + 1) % n not in there]
+    feet = [i for i in there if (i - 1) % n not in there]
+    if len(tops) != 1:
+        return False
+    out, back = outline[(tops[0] + 1) % n], outline[(feet[0] - 1) % n]
+    slack = ON_AXIS * polygons.extent(outline)
+    return abs(out[1] - outline[tops[0]][1]) <= slack and abs(back[1] - outline[feet[0]][1]) <= slack
+
+
+@dataclass(frozen=True)
+class Cone(Revolution):
+    """A straight circular cone, solid, its axis starting at `origin`; `end = 0 mm` gives it a tip.
+
+    Meshed as a cylinder, tapered: rings of well-shaped cells around a core, and at a tip cells that close over it. The
+    mesh is inscribed: its points lie on the cone, so that a coarse mesh of linear elements holds less volume (the
+    report says how much). Cells are of the given size where the cone is thickest.
+    """
+
+    convex = True
+
+    length: Annotated[float, "m in (0, inf)", "length along the axis"]
+    radius: Annotated[float, "m in (0, inf)", "radius at `origin`"]
+    end: Annotated[float, "m in [0, inf)", "radius at the other end; 0 mm is a tip"] = 0.0
+    axis: Annotated[Vector3, "direction", "direction of the axis, from the end at `origin`"] = (1.0, 0.0, 0.0)
+    origin: Annotated[Vector3, "m", "centre of the end where the axis starts"] = (0.0, 0.0, 0.0)
+
+    @property
+    def swept(self) -> Swept | None:
+        """Discs along its axis; None of one with a tip, where a section would be nothing."""
+        from softmark.solvers.mesh.cross_sections import Disc
+        from softmark.solvers.mesh.frame_shapes import tapering
+
+        if not self.end:
+            return None
+        return tapering(self.origin, self.axis, self.length, Disc(self.radius), Disc(self.end))
+
+    @property
+    def outline(self) -> Corners:
+        """The corners of its section, counter-clockwise, m."""
+        top = ((self.end, self.length),) if self.end else ()
+        return ((0.0, 0.0), (self.radius, 0.0), *top, (0.0, self.length))
+
+    def at(self, station: float) -> float:
+        """The radius at a station, m from `origin`."""
+        return self.radius + (self.end - self.radius) * station / self.length
+
+    @property
+    def even(self) -> float:
+        """Sizes that are this by whole numbers give meshes whose sections are similar, m."""
+        return max(self.radius, self.end) / 2.5
+
+    @property
+    def gradable(self) -> tuple[str, ...]:
+        """Along the axis."""
+        return ("along",)
+
+    @property
+    def spans(self) -> dict[str, Span]:
+        """Its own coordinates: the share of the radius, the angle around the axis, and the place along it, m."""
+        return {"share": (0.0, 1.0), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
+
+    def place(self, share: float, turn: float, along: float) -> Vector3:
+        """The point of its own coordinates, m."""
+        first, second = transverse(self.axis)
+        r = share * self.at(along)
+        return moved(self.origin, (r * math.cos(turn), first), (r * math.sin(turn), second), (along, self.axis))
+
+    def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
+        """Cells of a mesh of a size (m) along the core's side, across the rings and along the axis."""
+        side, rings = of_disc(max(self.radius, self.end), size)
+        return side, rings, cells(0.0, self.length, divisions(self.length, size), along(cuts, "along"))
+
+    def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
+        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        from softmark.solvers.mesh.revolved_meshes import tapered
+        from softmark.solvers.mesh.shape import placed
+        from softmark.solvers.mesh.structured_meshes import rounded
+
+        made = tapered(self.length, self.radius, self.end, size, kind, cuts)
+        return rounded(placed(made, self.axis, self.origin), self.sides)

@@ -1,0 +1,197 @@
+"""Shapes that only rigid bodies have: known by the distance to their surface, and no cells are made of them.
+
+To add one: a class here with `meshed = False`, a line in SHAPES, and its gap in solvers/contact/gaps.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated
+
+from softmark.records import dataclass
+from softmark.solvers.mesh import polygons
+from softmark.solvers.mesh.polygons import Corners
+from softmark.solvers.mesh.revolved_bodies import Revolved
+from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, dot
+
+if TYPE_CHECKING:
+    from softmark.solvers.mesh.shape import Surface
+
+SIDES = 8  # of an arc of a rounded rim that is drawn
+
+
+def _grown(bounds: Bounds, by: float) -> Bounds:
+    (a, b, c), (d, e, f) = bounds
+    return (a - by, b - by, c - by), (d + by, e + by, f + by)
+
+
+@dataclass(frozen=True)
+class HalfSpace(Shape):
+    """All that lies behind a plane: a table, a wall. A rigid body alone has it: there is no end to mesh.
+
+    `normal` looks out of it, towards what may touch it.
+    """
+
+    convex = True
+    meshed = False
+
+    origin: Annotated[Vector3, "m", "a point of the plane"] = (0.0, 0.0, 0.0)
+    normal: Annotated[Vector3, "direction", "direction out of it, across the plane"] = (0.0, 0.0, 1.0)
+
+    def contains(self, point: Vector3) -> bool:
+        """Whether a point is behind the plane, or on it."""
+        return bool(dot([p - o for p, o in zip(point, self.origin, strict=True)], self.normal) <= 0.0)
+
+
+@dataclass(frozen=True)
+class RoundedBox(Shape):
+    """A box with edges along x, y and z, all of them rounded, and its corners: of a rigid body alone.
+
+    Edges are quarters of cylinders and corners parts of spheres of radius `rounding`. A sharp one is `box`.
+    """
+
+    convex = True
+    meshed = False
+
+    size: Annotated[Vector3, "m in (0, inf)", "extents along x, y and z"]
+    rounding: Annotated[float, "m in (0, inf)", "radius of its edges"]
+    origin: Annotated[Vector3, "m", "corner with the lowest x, y and z that it had if it were sharp"] = (0.0, 0.0, 0.0)
+
+    @property
+    def fault(self) -> str:
+        """Edges that meet."""
+        return "" if 2.0 * self.rounding < min(self.size) else "its edges are rounded past the middle of its least side"
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m."""
+        return self.origin, tuple(o + s for o, s in zip(self.origin, self.size, strict=True))  # type: ignore[return-value]
+
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3: a b c + 2 (a b + b c + c a) r + pi (a + b + c) r^2 + 4/3 pi r^3, of its flat faces."""
+        r = self.rounding
+        a, b, c = (s - 2.0 * r for s in self.size)
+        return a * b * c + 2.0 * (a * b + b * c + c * a) * r + math.pi * (a + b + c) * r**2 + 4.0 / 3.0 * math.pi * r**3
+
+    def surface(self, size: float = 0.0) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; of any `size` the same."""
+        from softmark.solvers.mesh.shape_surfaces import rounded_box_skin
+
+        return rounded_box_skin(self.size, self.rounding, self.origin)
+
+
+class RoundedTurned(Shape):
+    """All within `rounding` of a convex body of revolution, its core."""
+
+    convex = True
+    meshed = False
+
+    length: float
+    rounding: float
+    axis: Vector3
+    origin: Vector3
+
+    @property
+    def core(self) -> Corners:
+        """The corners (r, z) of half of its section, counter-clockwise, m; z from `origin` on."""
+        raise NotImplementedError(f"{type(self).__name__} has no core")
+
+    @property
+    def fault(self) -> str:
+        """Ends that meet."""
+        return "" if 2.0 * self.rounding < self.length else "its ends are rounded past the middle of its length"
+
+    @property
+    def _turned(self) -> Revolved:
+        return Revolved(self.core, self.axis, self.origin)
+
+    @property
+    def bounds(self) -> Bounds:
+        """Lowest and highest coordinates, m: those of the core, and the rounding."""
+        return _grown(self._turned.bounds, self.rounding)
+
+    @property
+    def volume(self) -> float:
+        """Exact volume, m^3: V + A r + M r^2 + 4/3 pi r^3 of the core, with its mean curvature M (Steiner)."""
+        r, core = self.rounding, self._turned
+        return core.volume + core.skin * r + _mean_curvature(self.core) * r**2 + 4.0 / 3.0 * math.pi * r**3
+
+    def surface(self, size: float = 0.0) -> Surface:
+        """Points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; of any `size` the same."""
+        import numpy as np
+
+        from softmark.solvers.mesh.shape_surfaces import turned_skin
+
+        return turned_skin(np.array(self.outline(SIDES)), self.axis, self.origin)
+
+    def outline(self, sides: int) -> Corners:
+        """The corners (r, z) of half of its section, m, from where it meets its axis on: arcs of so many sides."""
+        flats = list(polygons.edges(self.core))[:-1]  # the last is the axis
+        turns = [-0.5 * math.pi, *(math.atan2(a - c, d - b) for (a, b), (c, d) in flats), 0.5 * math.pi]
+        found: list[tuple[float, float]] = []
+        for (r, z), first, last in zip(self.core, turns[:-1], turns[1:], strict=True):
+            parts = sides if last > first else 0
+            angles = (first + (last - first) * k / (parts or 1) for k in range(parts + 1))
+            found += [(r + self.rounding * math.cos(a), z + self.rounding * math.sin(a)) for a in angles]
+        return tuple(found)
+
+
+def _mean_curvature(corners: Corners) -> float:
+    """Integrated over a convex body of revolution, m: pi times the rise of its sides and r times turn at corners."""
+    on_axis = [r == 0.0 for r, _ in corners]
+    total = sum(math.pi * (d - b) for (a, b), (c, d) in polygons.edges(corners) if a or c)
+    n = len(corners)
+    for i, (r, z) in enumerate(corners):
+        if not on_axis[i]:
+            (a, b), (c, d) = corners[i - 1], corners[(i + 1) % n]
+            turn = math.atan2(d - z, c - r) - math.atan2(z - b, r - a)
+            total += math.pi * r * (turn % (2.0 * math.pi))
+    return total
+
+
+@dataclass(frozen=True)
+class Punch(RoundedTurned):
+    """A flat punch: a straight circular cylinder whose two rims are rounded. Of a rigid body alone.
+
+    What presses is the flat end at `origin`, or the other: both have a flat face of radius `radius - rounding`. A sharp
+    one is `cylinder`.
+    """
+
+    radius: Annotated[float, "m in (0, inf)", "radius of the cylinder"]
+    rounding: Annotated[float, "m in (0, inf)", "radius of its rims in section"]
+    length: Annotated[float, "m in (0, inf)", "length along the axis"]
+    axis: Annotated[Vector3, "direction", "direction of the axis, from the end at `origin`"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector3, "m", "centre of the end where the axis starts"] = (0.0, 0.0, 0.0)
+
+    @property
+    def fault(self) -> str:
+        """Rims that meet."""
+        return super().fault if self.rounding < self.radius else "`rounding` must be less than `radius`"
+
+    @property
+    def core(self) -> Corners:
+        """A cylinder, less its rounding all around."""
+        r, low, high = self.radius - self.rounding, self.rounding, self.length - self.rounding
+        return (0.0, low), (r, low), (r, high), (0.0, high)
+
+
+@dataclass(frozen=True)
+class Tip(RoundedTurned):
+    """A circular cone with a rounded tip, which is at `origin`; the axis goes on from there. Of a rigid body alone.
+
+    `angle` is the whole angle at its tip, between opposite sides. The tip is part of a sphere, and the rim of its far
+    end is rounded as well. A sharp one is `cone`.
+    """
+
+    angle: Annotated[float, "rad in (0, 3.141592]", "the whole angle at the tip"]
+    rounding: Annotated[float, "m in (0, inf)", "radius of the tip"]
+    length: Annotated[float, "m in (0, inf)", "from the tip to its other end"]
+    axis: Annotated[Vector3, "direction", "direction of the axis, from the tip on"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector3, "m", "where its tip is"] = (0.0, 0.0, 0.0)
+
+    @property
+    def core(self) -> Corners:
+        """A sharp cone, its tip at the centre of the rounding."""
+        low, high = self.rounding, self.length - self.rounding
+        return (0.0, low), ((high - low) * math.tan(0.5 * self.angle), high), (0.0, high)

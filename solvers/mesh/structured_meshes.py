@@ -1,0 +1,200 @@
+"""Structured meshes: quadrilaterals in a section, extruded to hexahedra; cell_splitting.py makes tetrahedra of them.
+
+The five-tetrahedra split draws, on every quadrilateral face, the diagonal between its two `even` points. Points
+are coloured like a chessboard along the edges; a plane mesh of quadrilaterals always has such a colouring (all its
+faces have an even number of edges), so neighbouring cells agree on their diagonals without further care, and the
+split favours no direction as the six-tetrahedra (Kuhn) split does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import pairwise
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements import element_of
+from softmark.solvers.mesh.cell_counts import OFF_CENTRE, circles, divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.cell_splitting import meshed
+from softmark.solvers.mesh.conforming_planes import SAME, Cut, along, lines
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.mesh.shape import Side
+
+
+@dataclass(frozen=True)
+class PlaneMesh:
+    """A plane mesh of quadrilaterals: `points` (n, 2), `quads` (q, 4) counter-clockwise, `colour` (n,) 0 or 1."""
+
+    points: Floats
+    quads: Ints
+    colour: Ints
+
+
+def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """A rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split.
+
+    Lines of the grid lie on the cuts of `first` and `second`.
+    """
+    nx, ny = of_rectangle(width, height, size)
+    x = _line(-width / 2, width / 2, nx, along(cuts, "first"))
+    return grid_of(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
+
+
+def grid(nx: int, ny: int, first: tuple[Cut, ...] = (), second: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """The unit square in nx by ny cells, with lines at cuts of either coordinate."""
+    return grid_of(_line(0.0, 1.0, nx, first), _line(0.0, 1.0, ny, second))
+
+
+def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
+    """Lines of a grid (n,), m: evenly spaced where no cut asks for more."""
+    found = lines(low, high, count, cuts)
+    return np.linspace(low, high, count + 1) if found is None else np.array(found)
+
+
+def line_of(low: float, high: float, size: float, at: Iterable[float], cuts: tuple[Cut, ...]) -> Floats:
+    """Lines of a grid (n,), m, at all of some places from `low` to `high`, and at cuts, about `size` apart."""
+    known = sorted({low, high, *at})
+    ends = [low, *(b for a, b in pairwise(known) if b - a > SAME * (high - low))]
+    ends[-1] = high
+    found = [
+        _line(a, b, divisions(b - a, size), tuple(c for c in cuts if c.graded or a < c.at < b))
+        for a, b in pairwise(ends)
+    ]
+    return np.concatenate([found[0], *(more[1:] for more in found[1:])])
+
+
+def grid_of(x: Floats, y: Floats) -> PlaneMesh:
+    """Cells between lines at x (n,) and y (m,), m."""
+    nx, ny = len(x), len(y)
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    index = np.arange(nx * ny).reshape(nx, ny)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    return PlaneMesh(np.stack([x[i], y[j]], axis=1), quads, (i + j) % 2)
+
+
+def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """A disc: a bulged square grid in the middle, rings of quadrilaterals around it (an O-grid).
+
+    `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow
+    the circle; with the defaults the tetrahedra keep a mean-ratio quality above 0.55 from coarse to fine.
+    Rings lie on the cuts of `radius`; else the straight line through the middle on the first cut of `chord`.
+    """
+    n, rings = of_disc(radius, size)
+    core, *outer = circles(radius, size, cuts)
+    if outer:
+        rings = divisions(0.4 * core, size)
+    inner = grid_of(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
+    rim = rim_of(n)  # (4n,) indices of the square's outline, counter-clockwise
+    angle = -0.75 * np.pi + 0.5 * np.pi * np.arange(4 * n) / n
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    square = inner.points[rim] / np.sqrt(2)
+    outline = corner * ((1 - bulge) * square + bulge * circle)
+    points = [
+        _coons(outline, n),
+        *(outline + t * (circle - outline) for t in np.arange(1, rings + 1) / rings),
+        *(r / core * circle for r in outer),
+    ]
+    quads, colours = [inner.quads], [inner.colour]
+    ring = rim
+    for k in range(rings + len(outer)):
+        following = len(inner.points) + 4 * n * k + np.arange(4 * n)
+        quads.append(np.stack([ring, following, np.roll(following, -1), np.roll(ring, -1)], axis=1))
+        colours.append((inner.colour[rim] + k + 1) % 2)
+        ring = following
+    section = PlaneMesh(core * np.concatenate(points), np.concatenate(quads), np.concatenate(colours))
+    chords = () if outer else along(cuts, "chord")
+    return _leaning(section, radius, chords[0]) if chords else section
+
+
+def ring(inner: float, radius: float, around: int, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """A ring between two circles, `around` cells (an even number) along each: circles lie on the cuts of `radius`.
+
+    It is turned so that nodes lie on the straight line of the first cut of `chord`, which goes through its middle.
+    """
+    radii = _line(inner, radius, divisions(radius - inner, size), along(cuts, "radius"))
+    turn = next((cut.turn for cut in along(cuts, "chord")), 0.0) + 2 * np.pi * np.arange(around) / around
+    points = np.stack([np.cos(turn), np.sin(turn)], axis=1) * radii[:, None, None]
+    index = np.arange(len(radii) * around).reshape(len(radii), around)
+    following = np.roll(index, -1, axis=1)
+    quads = np.stack([index[:-1], index[1:], following[1:], following[:-1]], axis=-1).reshape(-1, 4)
+    colour = np.add.outer(np.arange(len(radii)), np.arange(around)).ravel() % 2
+    return PlaneMesh(points.reshape(-1, 2), quads, colour)
+
+
+def _leaning(section: PlaneMesh, radius: float, chord: Cut) -> PlaneMesh:
+    """The disc mapped to itself so that a straight line through its middle becomes a chord.
+
+    Turned, and then moved as the hyperbolic plane is in Klein's model: a projective map, which takes lines to lines,
+    keeps convex cells convex and the circle a circle. A chord too near to the rim is left alone.
+    """
+    v = chord.at / radius
+    quarter = chord.turn - 0.5 * np.pi * round(chord.turn / (0.5 * np.pi))  # both middle lines are straight
+    if abs(v) > OFF_CENTRE or (abs(v) <= SAME and abs(quarter) <= SAME):
+        return section
+    normal = np.array([np.cos(chord.turn), np.sin(chord.turn)])
+    across = np.array([-normal[1], normal[0]])
+    c, s = np.cos(quarter), np.sin(quarter)
+    turned = section.points @ np.array([[c, s], [-s, c]]) / radius
+    p, q = turned @ normal, turned @ across
+    scale = radius / (1.0 + v * p)
+    points = np.outer(scale * (p + v), normal) + np.outer(scale * np.sqrt(1.0 - v * v) * q, across)
+    return PlaneMesh(points, section.quads, section.colour)
+
+
+def rim_of(n: int) -> Ints:
+    """Outline of an (n + 1) x (n + 1) grid, counter-clockwise from its lower left corner (4n,)."""
+    index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    rim: Ints = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
+    return rim
+
+
+def _coons(outline: Floats, n: int) -> Floats:
+    """Points of the grid inside a closed outline (4n, 2): Coons's transfinite interpolation (1967)."""
+    low, right = outline[: n + 1], outline[n : 2 * n + 1]
+    top = outline[2 * n : 3 * n + 1][::-1]
+    left = np.concatenate([outline[3 * n :], outline[:1]])[::-1]
+    s = np.linspace(0, 1, n + 1)
+    u, v = s[:, None, None], s[None, :, None]
+    sides = (1 - v) * low[:, None] + v * top[:, None] + (1 - u) * left[None] + u * right[None]
+    corners = (1 - u) * ((1 - v) * low[0] + v * top[0]) + u * ((1 - v) * low[-1] + v * top[-1])
+    grid: Floats = (sides - corners).reshape(-1, 2)
+    return grid
+
+
+def extrude(section: PlaneMesh, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
+    """Hexahedra along z from 0 to `length`: points (n, 3), cells (m, 8), colour (n,). Layers end on cuts of `along`."""
+    return extruded_to(section, _line(0.0, length, divisions(length, size), along(cuts, "along")))
+
+
+def extruded_to(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
+    """The same with layers between some z (n,), m."""
+    layers = len(z) - 1
+    count = len(section.points)
+    points = np.concatenate([np.tile(section.points, (layers + 1, 1)), np.repeat(z, count)[:, None]], axis=1)
+    lower = section.quads[None] + count * np.arange(layers)[:, None, None]
+    cells = np.concatenate([lower, lower + count], axis=2).reshape(-1, 8)
+    colour = (np.tile(section.colour, layers + 1) + np.repeat(np.arange(layers + 1), count)) % 2
+    return points, cells, colour
+
+
+def solid(section: PlaneMesh, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
+    """The extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
+    element = element_of(kind)
+    return meshed(*extrude(section, length, size, cuts), element)
+
+
+def rounded(mesh: Mesh, sides: Iterable[Side], within: Iterable[Side] = ()) -> Mesh:
+    """What lies between corners on curved sides of a shape, or on such surfaces within it, moved out onto them.
+
+    Facets with all corners on a side are of the side; only these are curved.
+    """
+    corners = mesh.element.facet.corners
+    points = mesh.points.copy()
+    inner = list(within) if mesh.element.nodes > mesh.element.corners else []
+    every = mesh.cells[:, np.array(mesh.element.facets)].reshape(-1, mesh.element.facet.nodes) if inner else mesh.facets
+    for side, facets in [*((side, mesh.facets) for side in sides), *((side, every) for side in inner)]:
+        own = facets[side.of(mesh.points[facets[:, :corners]])]
+        middles = np.unique(own[:, corners:])
+        points[middles] = np.stack(side.onto(tuple(mesh.points[middles].T)), axis=1)
+    return Mesh(points, mesh.cells, mesh.kind)

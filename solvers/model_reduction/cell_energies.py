@@ -1,0 +1,78 @@
+"""Energies over cells, taken apart: every cell by itself, or a chosen part of the cells with weights.
+
+What is taken apart are the dataclasses of `energies` whose fields `cells`, `dNdX`, `w`, `G` and `K` have a row for each
+cell, or sums of such; `X` has a row for each node.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.energies.elastic_energy import Together, VaryingLaw
+from softmark.solvers.energies.energy import Energy, Floats, Ints
+from softmark.solvers.energies.external_loads import FollowerPressure
+
+BY_CELL = ("cells", "dNdX", "w", "G", "K", "pressures", "hoop", "dNpdX")
+LAWS = ("law", "volume", "drag")  # whose constants may have a row for each cell
+MODULI = ("bulk", "compliance")  # one for all cells, or a row for each
+SHAPES = ("Np",)  # the same in all cells (q, b), or of each (m, q, b)
+BY_NODE = ("X",)
+WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
+
+
+def cells_of(energy: Energy) -> Ints:
+    """Nodes of each cell (m, a)."""
+    if isinstance(energy, Together):
+        return cells_of(energy.parts[0])
+    known: Any = energy
+    cells: Ints = known.cells
+    return cells
+
+
+def apart(energy: Energy) -> Energy:
+    """The same energy where no two cells share a node: node b of cell e is e a + b."""
+    if isinstance(energy, Together):
+        return Together(tuple(apart(part) for part in energy.parts))
+    known: Any = energy
+    own = np.arange(known.cells.size).reshape(known.cells.shape)
+    moved = {name: rows[known.cells.ravel()] for name, rows in _fields(energy, BY_NODE).items()}
+    split: Energy = replace(known, cells=own, **moved)
+    return split
+
+
+def part(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
+    """The energy of the cells `which` times their weights; nodes are numbered as they stand in `nodes`, ascending."""
+    if isinstance(energy, Together):
+        return Together(tuple(part(own, which, weights, nodes) for own in energy.parts))
+    known: Any = energy
+    rows = of_cells(energy, which)
+    for name in set(WEIGHED) & set(rows):
+        rows[name] = rows[name] * weights.reshape(-1, *(1,) * (rows[name].ndim - 1))
+    rows["cells"] = np.searchsorted(nodes, rows["cells"])
+    rows |= {name: values[nodes] for name, values in _fields(energy, BY_NODE).items()}
+    fewer: Energy = replace(known, **rows)
+    return fewer
+
+
+def of_cells(energy: Energy, which: Any) -> dict[str, Any]:
+    """What of an energy over cells has a row for each, of some: constants of laws that vary among it."""
+    rows: dict[str, Any] = {n: np.ascontiguousarray(a[which]) for n, a in _fields(energy, BY_CELL).items()}
+    rows |= {n: law.of(which) for n, law in _fields(energy, LAWS).items() if isinstance(law, VaryingLaw)}
+    rows |= {n: a[which] for n, a in _fields(energy, SHAPES).items() if np.ndim(a) == 3}
+    return rows | {n: a[which] for n, a in _fields(energy, MODULI).items() if np.ndim(a)}
+
+
+def _fields(energy: Energy, names: tuple[str, ...]) -> dict[str, Any]:
+    """Those of its fields that have one of these names, and a value."""
+    known: Any = energy
+    each = ((f.name, getattr(known, f.name)) for f in fields(known) if f.name in names)
+    return {name: value for name, value in each if value is not None}
+
+
+def pressed(load: FollowerPressure) -> tuple[FollowerPressure, Ints]:
+    """A follower pressure over the nodes of its facets alone, and these nodes."""
+    nodes, faces = np.unique(load.faces, return_inverse=True)
+    return replace(load, points=load.points[nodes], faces=faces.reshape(load.faces.shape)), nodes

@@ -1,0 +1,76 @@
+"""Functions that take one number as they take an array, so that a formula is written once for both.
+
+Of a `float` they are those of `math`, some twenty times as fast as an array of one; of anything else those of numpy.
+Beyond a domain they say inf and NaN as numpy does, and raise nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, TypeVar, overload
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+else:
+    from softmark.solvers.runtime.lazy_modules import np  # so that `dsl explain` needs no numpy
+
+T = TypeVar("T")  # a float, or an array
+
+
+@overload
+def exp(x: float) -> float: ...
+@overload
+def exp(x: Array) -> Array: ...
+def exp(x: Any) -> Any:
+    """e^x."""
+    if type(x) is not float:
+        return np.exp(x)
+    try:
+        return math.exp(x)
+    except OverflowError:
+        return math.inf
+
+
+@overload
+def expm1(x: float) -> float: ...
+@overload
+def expm1(x: Array) -> Array: ...
+def expm1(x: Any) -> Any:
+    """e^x - 1, accurate near 0."""
+    if type(x) is not float:
+        return np.expm1(x)
+    try:
+        return math.expm1(x)
+    except OverflowError:
+        return math.inf
+
+
+@overload
+def log1p(x: float) -> float: ...
+@overload
+def log1p(x: Array) -> Array: ...
+def log1p(x: Any) -> Any:
+    """ln(1 + x), accurate near 0."""
+    if type(x) is not float:
+        return np.log1p(x)
+    if x > -1.0:
+        return math.log1p(x)
+    return -math.inf if x == -1.0 else math.nan
+
+
+def where(condition: Any, one: T, other: Any) -> T:
+    """One where a condition holds, else the other."""
+    if type(condition) is bool:
+        alone: T = one if condition else other
+        return alone
+    this: Any = one
+    many: T = np.where(condition, this, other)
+    return many
+
+
+def like(x: Any, value: Any) -> Any:
+    """A value, as many times as there are of x."""
+    return value if type(x) is float else np.full_like(x, value)

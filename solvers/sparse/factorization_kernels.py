@@ -1,0 +1,230 @@
+"""Compiled loops of the sparse factorisation, over plain arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softmark.solvers.runtime.kernel_cache import kernel, part
+from softmark.solvers.sparse.blas import GEMM, GEMV, POTRF, SYRK, TRSM, TRSV, call
+
+Ints = NDArray[np.int64]
+Places = NDArray[np.uint64]
+Shorts = NDArray[np.int32]
+Bytes = NDArray[np.uint8]
+Values = NDArray[Any]  # of float32 or float64
+Floats = NDArray[np.float64]
+BLOCK = 48  # columns that are factorised without the help of BLAS
+
+
+@kernel
+def factorise(
+    begin: int, data: Floats, source: Places, target: Places, entry_start: Ints, pivots: Ints, rows: Ints, panel: Ints,
+    child_start: Ints, children: Ints, update: Ints, index_start: Ints, local: Places, L: Values, U: Values, blas: Ints,
+    letters: Bytes, numbers: Shorts, reals: Values, first: Ints, signs: Values | None, values: Values, work: Values,
+) -> int:  # fmt: skip
+    """Multifrontal Cholesky of fronts in postorder (Duff and Reid 1983); 0, or 1 + the front that is not definite.
+
+    Front s has pivots[s] columns of rows[s] rows at L[panel[s]:], column by column; its update matrix, the lower
+    triangle of the rest, lies at U[update[s]:]. Places are unsigned: signed ones would be tested for being negative.
+
+    With `signs` (n,) it is K = L S L^T, S = diag(+-1), without a change of order, from front `begin`, where it stopped
+    without them: writes S, and the pivots into `values` (n,); `work` has room for BLOCK columns, or for all that lie
+    below the pivots, of every front. Where `signs` is None that is not even compiled.
+    """
+    for s in range(begin, len(pivots)):
+        k, n, p = pivots[s], rows[s], panel[s]
+        for t in range(p, p + n * k):
+            L[t] = 0.0
+        for t in range(np.uint64(entry_start[s]), np.uint64(entry_start[s + 1])):
+            L[target[t]] += data[source[t]]
+        for q in range(child_start[s], child_start[s + 1]):
+            c = children[q]
+            _add(U, update[c], rows[c] - pivots[c], np.int64(0), k, local, index_start[c], L, p, n)
+        if signs is None or len(signs) == 0:
+            good = _definite(k, n, p, L, U, update[s], blas, letters, numbers, reals)
+        else:
+            good = _signed(k, n, p, L, U, update[s], blas, letters, numbers, reals, first[s], signs, values, work)
+        if not good:
+            return s + 1
+        if n > k:
+            for q in range(child_start[s], child_start[s + 1]):
+                c = children[q]
+                _add(U, update[c], rows[c] - pivots[c], k, n, local, index_start[c], U, update[s], n - k)
+    return 0
+
+
+@part
+def _definite(
+    k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
+    reals: Values,
+) -> bool:  # fmt: skip
+    """Eliminate the k pivots of a front of n rows at L[p:], its update matrix to U[update:]; False if not definite."""
+    size = L.itemsize
+    lower = letters.ctypes.data
+    right, transposed, plain = lower + 1, lower + 2, lower + 3
+    K = numbers.ctypes.data
+    M, LD, INFO = K + 4, K + 8, K + 12
+    one = reals.ctypes.data
+    minus, zero = one + size, one + 2 * size
+    at = L.ctypes.data + size * p
+    numbers[0], numbers[1], numbers[2], numbers[3] = k, n - k, n, 0
+    call(blas[POTRF], (lower, K, at, LD, INFO))
+    if numbers[3] != 0:
+        return False
+    for j in range(k):  # numbers that are not finite pass through the factorisation without a word
+        if not L[p + j * n + j] < np.inf:
+            return False
+    if n > k:
+        call(blas[TRSM], (right, lower, transposed, plain, M, K, one, at, LD, at + size * k, LD))
+        to = U.ctypes.data + size * update
+        call(blas[SYRK], (lower, plain, M, K, minus, at + size * k, LD, zero, to, M))
+    return True
+
+
+@part
+def _signed(
+    k: int, n: int, p: int, L: Values, U: Values, update: int, blas: Ints, letters: Bytes, numbers: Shorts,
+    reals: Values, first: int, signs: Values, values: Values, work: Values,
+) -> bool:  # fmt: skip
+    """As `_definite`, with a sign and a value for each pivot, from `first` on; False where a pivot vanishes."""
+    size = L.itemsize
+    lower = letters.ctypes.data
+    right, transposed, plain = lower + 1, lower + 2, lower + 3
+    R = numbers.ctypes.data
+    B, C, N, D = R + 4, R + 8, R + 12, R + 16
+    one = reals.ctypes.data
+    minus, zero, two = one + size, one + 2 * size, one + 3 * size
+    at = L.ctypes.data + size * p
+    for begun in range(0, k, BLOCK):
+        end = min(begun + BLOCK, k)
+        for j in range(begun, end):
+            pivot = L[p + j * n + j]
+            if not (abs(pivot) > 0.0 and abs(pivot) < np.inf):
+                return False
+            sign = 1.0 if pivot > 0.0 else -1.0
+            signs[first + j], values[first + j] = sign, pivot
+            root = np.sqrt(abs(pivot))
+            L[p + j * n + j] = root
+            for i in range(j + 1, end):
+                L[p + j * n + i] *= sign / root
+            for c in range(j + 1, end):
+                factor = sign * L[p + j * n + c]
+                for i in range(c, end):
+                    L[p + c * n + i] -= factor * L[p + j * n + i]
+        numbers[0], numbers[1], numbers[2], numbers[3] = n - end, end - begun, k - end, n
+        if n > end:
+            panel = at + size * (begun * n + end)
+            above = at + size * (begun * n + begun)
+            call(blas[TRSM], (right, lower, transposed, plain, R, B, one, above, N, panel, N))
+            for j in range(begun, end):
+                sign = signs[first + j]
+                for i in range(end, n):
+                    L[p + j * n + i] *= sign
+                for i in range(end, k):
+                    work[(j - begun) * (k - end) + i - end] = sign * L[p + j * n + i]
+            if k > end:
+                to = at + size * (end * n + end)
+                call(
+                    blas[GEMM],
+                    (plain, transposed, R, C, B, minus, panel, N, work.ctypes.data, C, one, to, N),
+                )
+    m = n - k
+    if m > 0:
+        to = U.ctypes.data + size * update
+        numbers[0], numbers[1], numbers[3] = m, k, n
+        call(blas[SYRK], (lower, plain, R, B, minus, at + size * k, N, zero, to, R))
+        negative = 0
+        for j in range(k):
+            if signs[first + j] < 0.0:
+                for i in range(m):
+                    work[negative * m + i] = L[p + j * n + k + i]
+                negative += 1
+        if negative > 0:  # these columns were subtracted instead of added
+            numbers[4] = negative
+            call(blas[SYRK], (lower, plain, R, D, two, work.ctypes.data, R, one, to, R))
+    return True
+
+
+@part
+def _add(
+    U: Values,
+    source: int,
+    m: int,
+    lowest: int | np.int64,
+    highest: int,
+    local: Places,
+    start: int,
+    target: Values,
+    base: int,
+    height: int,
+) -> None:
+    """Add the columns of an update matrix that are columns lowest ... highest - 1 of the parent's front.
+
+    `local` are rows in the parent's front; the target holds its rows from `lowest` on if lowest > 0, else all.
+    """
+    first = 0
+    while first < m and local[start + first] < lowest:
+        first += 1
+    for j in range(first, m):
+        column = np.int64(local[np.uint64(start + j)])
+        if column >= highest:
+            break
+        to = np.uint64(base + (column - lowest) * height - lowest)
+        at = np.uint64(source + j * m)
+        for i in range(np.uint64(j), np.uint64(m)):
+            target[to + local[np.uint64(start) + i]] += U[at + i]
+
+
+@kernel
+def substitute(
+    pivots: Ints,
+    rows: Ints,
+    panel: Ints,
+    first: Ints,
+    index_start: Ints,
+    index: Places,
+    L: Values,
+    x: Values,
+    work: Values,
+    blas: Ints,
+    letters: Bytes,
+    numbers: Shorts,
+    reals: Values,
+    signs: Values,
+) -> None:
+    """x <- (L L^T)^-1 x in place, in the order of elimination; of L S L^T where there are `signs` (n,) and not (0,)."""
+    trsv, gemv = blas[TRSV], blas[GEMV]
+    size = L.itemsize
+    lower = letters.ctypes.data
+    transposed, plain = lower + 2, lower + 3
+    K = numbers.ctypes.data
+    M, LD, ONE = K + 4, K + 8, K + 12
+    one = reals.ctypes.data
+    minus, zero = one + size, one + 2 * size
+    numbers[3] = 1
+    w = work.ctypes.data
+    for s in range(len(pivots)):
+        k, n = pivots[s], rows[s]
+        numbers[0], numbers[1], numbers[2] = k, n - k, n
+        at, to = L.ctypes.data + size * panel[s], x.ctypes.data + size * first[s]
+        call(trsv, (lower, plain, plain, K, at, LD, to, ONE))
+        if n > k:
+            call(gemv, (plain, M, K, one, at + size * k, LD, to, ONE, zero, w, ONE))
+            p = np.uint64(index_start[s])
+            for i in range(np.uint64(n - k)):
+                x[index[p + i]] -= work[i]
+    for i in range(len(signs)):
+        x[i] *= signs[i]
+    for s in range(len(pivots) - 1, -1, -1):
+        k, n = pivots[s], rows[s]
+        numbers[0], numbers[1], numbers[2] = k, n - k, n
+        at, to = L.ctypes.data + size * panel[s], x.ctypes.data + size * first[s]
+        if n > k:
+            p = np.uint64(index_start[s])
+            for i in range(np.uint64(n - k)):
+                work[i] = x[index[p + i]]
+            call(gemv, (transposed, M, K, minus, at + size * k, LD, w, ONE, one, to, ONE))
+        call(trsv, (lower, transposed, plain, K, at, LD, to, ONE))

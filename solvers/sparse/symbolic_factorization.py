@@ -1,0 +1,196 @@
+"""What a factorisation can prepare from the pattern alone: order, fronts, and where every number goes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.sparse import multifrontal_symbolic
+from softmark.solvers.sparse.ordering import by_degree, dissected
+from softmark.solvers.sparse.rigid_body_modes import places
+
+Ints = NDArray[np.int64]
+Places = NDArray[np.uint64]
+Floats = NDArray[np.float64]
+WASTE = 2.2  # panels and stack over entries of the factor: 1.8 to 2.1 in beams of 20 000 to 100 000 unknowns
+DISSECTED, LARGE = (
+    8000,
+    40_000,
+)  # nodes from which a dissection may save work over minimum degree, and always does
+# columns up to: share of explicit zeros that a merger may have
+RELAXED = np.array([12, 48, 10**9]), np.array([0.8, 0.1, 0.05])
+
+
+@dataclass(frozen=True)
+class Symbolic:
+    """Fronts in postorder, with the places of all entries; arrays named as the kernels name them."""
+
+    size: int
+    order: Ints  # (n,) unknown eliminated k-th
+    place: Ints  # (n,) its inverse
+    pivots: Ints  # (fronts,)
+    rows: Ints
+    first: Ints  # first column of each front
+    panel: Ints  # where its columns start in L
+    update: Ints  # where its update matrix starts in U
+    index_start: Ints
+    index: Places  # rows below the pivots of every front, one after the other ...
+    local: Places  # ... and where they are in the front of its parent
+    child_start: Ints
+    children: Ints
+    entry_start: Ints
+    source: Places  # entries of the matrix that belong to the front ...
+    target: Places  # ... and their places in L
+    factor_size: int
+    stack_size: int
+
+    @property
+    def flops(self) -> float:
+        """Multiplications and additions of one factorisation."""
+        k, n = self.pivots.astype(float), self.rows.astype(float)
+        m = n - k
+        return float(np.sum(k**3 / 3 + k**2 * m + k * m**2))
+
+
+def groups(K: sparse.csr_matrix) -> Ints:
+    """Starts (g + 1,) of runs of neighbouring unknowns with one and the same pattern, such as those of a node."""
+    salt = np.random.default_rng(1).integers(1, 2**62, K.shape[0], dtype=np.int64)
+    digest = np.add.reduceat(salt[K.indices], K.indptr[:-1].astype(np.int64))
+    new = np.flatnonzero(np.diff(digest) != 0) + 1
+    return np.concatenate([[0], new, [K.shape[0]]]).astype(np.int64)
+
+
+def symmetric(K: sparse.csr_matrix) -> bool:
+    """Whether the pattern of K is sorted, symmetric and has every diagonal entry."""
+    if K.shape[0] != K.shape[1] or not K.has_sorted_indices:
+        return False
+    pattern = sparse.csr_matrix((np.ones(K.nnz), K.indices, K.indptr), shape=K.shape)
+    turned = pattern.T.tocsr()
+    same = np.array_equal(turned.indptr, K.indptr) and np.array_equal(turned.indices, K.indices)
+    return same and bool(np.all(pattern.diagonal() != 0.0))
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """Order and elimination tree of the nodes: what says how much a factor will cost, before it is planned."""
+
+    start: Ints  # (g + 1,) first unknown of each node
+    graph: tuple[Ints, Ints]  # indptr and indices of the nodes' graph
+    order: Ints  # (g,) node eliminated k-th
+    parent: Ints  # (g,)
+    counts: Ints  # (g,) unknowns in the columns of each node
+    weights: Ints  # (g,) unknowns of each node
+
+    @property
+    def entries(self) -> float:
+        """Numbers in the factor."""
+        return float(self.counts @ self.weights)
+
+    def bytes(self, real: int) -> float:
+        """Memory of a factorisation with numbers of so many bytes: the factor, its explicit zeros and the stack."""
+        return WASTE * real * self.entries
+
+    @property
+    def flops(self) -> float:
+        """Multiplications and additions of one factorisation, without explicit zeros."""
+        return float(self.counts.astype(float) ** 2 @ self.weights)
+
+
+def analyse(K: sparse.csr_matrix, motions: Floats | None = None) -> Symbolic:
+    """The plan for matrices with the pattern of K, symmetric with a full diagonal. Raises ValueError for others.
+
+    Rigid motions (n, 6) of the unknowns, where given, say where these are: large systems are dissected by that.
+    """
+    return plan(K, sketch(K, motions))
+
+
+def sketch(K: sparse.csr_matrix, motions: Floats | None = None) -> Sketch:
+    """Order and elimination tree for matrices with the pattern of K. Raises ValueError as `analyse` does."""
+    if not symmetric(K):
+        raise ValueError("the pattern of the matrix is not symmetric with a full diagonal")
+    start = groups(K)
+    graph, weights = _graph(K, start), np.diff(start)
+    orders: list[Ints] = []
+    if motions is None or len(weights) < LARGE:
+        orders += by_degree(*graph)
+    if motions is not None and len(weights) >= DISSECTED:
+        orders.append(dissected(*graph, places(motions, start)))
+    return min((_tree(start, graph, order, weights) for order in orders), key=lambda found: found.flops)
+
+
+def _tree(start: Ints, graph: tuple[Ints, Ints], order: Ints, weights: Ints) -> Sketch:
+    parent, counts = np.empty_like(order), np.empty_like(order)
+    multifrontal_symbolic.tree(*graph, order, weights, parent, counts, np.full((11, len(order)), -1))
+    return Sketch(start, graph, order, parent, counts, weights[order])
+
+
+def _graph(K: sparse.csr_matrix, start: Ints) -> tuple[Ints, Ints]:
+    """Which nodes share an entry, themselves left out: indptr and indices."""
+    count = len(start) - 1
+    member = np.repeat(np.arange(count), np.diff(start))
+    representatives = K[start[:-1]]
+    rows = np.repeat(np.arange(count), np.diff(representatives.indptr))
+    near = member[representatives.indices]
+    keep = (start[near] == representatives.indices) & (near != rows)
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows[keep], minlength=count))])
+    return indptr.astype(np.int64), near[keep].astype(np.int64)
+
+
+def plan(K: sparse.csr_matrix, sketched: Sketch) -> Symbolic:
+    """Fronts, and numbers for everything, in unknowns."""
+    begins = multifrontal_symbolic.merge(sketched.parent, sketched.counts, sketched.weights, *RELAXED)
+    count = len(begins) - 1
+    offset = _running(sketched.weights)
+    unknowns = _expand(sketched.start[sketched.order], sketched.weights)
+    place = np.empty_like(unknowns)
+    place[unknowns] = np.arange(len(unknowns))
+    last = begins[1:] - 1
+    first, pivots = offset[begins[:-1]], np.diff(offset[begins])
+    below = sketched.counts[last] - sketched.weights[last]
+    rows, panel, index_start = pivots + below, _running(pivots * (pivots + below)), _running(below)
+    owner = np.repeat(np.arange(count), np.diff(begins))
+    parents = np.where(sketched.parent[last] >= 0, owner[sketched.parent[last]], -1)
+    index, local = (np.zeros(int(index_start[-1]), dtype=np.uint64) for _ in range(2))
+    nodes = np.empty_like(sketched.order)
+    nodes[sketched.order] = np.arange(len(nodes))
+    tree = (*sketched.graph, sketched.order, nodes, owner, begins, offset, index_start, parents)
+    multifrontal_symbolic.structures(*tree, index_start.copy(), np.full(count, -1), index, local)
+    source, target = (np.empty((K.nnz + K.shape[0]) // 2, dtype=np.uint64) for _ in range(2))
+    entry_start, update = np.empty(count + 1, dtype=np.int64), np.empty(count, dtype=np.int64)
+    arrays = (unknowns, place, first, pivots, rows, panel, index_start, index, source, target, entry_start)
+    multifrontal_symbolic.entries(K.indptr, K.indices, *arrays, np.zeros(len(unknowns), dtype=np.int64))
+    children = np.argsort(parents, kind="stable")
+    return Symbolic(
+        size=K.shape[0],
+        order=unknowns,
+        place=place,
+        pivots=pivots,
+        rows=rows,
+        first=first,
+        panel=panel[:-1],
+        update=update,
+        index_start=index_start,
+        index=index,
+        child_start=_running(np.bincount(parents[parents >= 0], minlength=count)),
+        children=children[parents[children] >= 0],
+        local=local,
+        entry_start=entry_start,
+        source=source,
+        target=target,
+        factor_size=int(panel[-1]),
+        stack_size=multifrontal_symbolic.stack(parents, below, update),
+    )
+
+
+def _running(lengths: Ints) -> Ints:
+    """0, and the sums of the first 1, 2, ... lengths."""
+    return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+
+
+def _expand(first: Ints, lengths: Ints) -> Ints:
+    """first[i], first[i] + 1, ..., lengths[i] of them, for every i."""
+    ends = np.cumsum(lengths)
+    every: Ints = np.arange(ends[-1] if len(ends) else 0) + np.repeat(first - (ends - lengths), lengths)
+    return every

@@ -1,0 +1,234 @@
+"""From the equilibrium of a mesh to that of a finer space over it: Newton's steps from the state that is there.
+
+The systems of the finer space are solved by conjugate gradients. What is smooth in the error is left to the factor of
+the coarse tangent in the same state, what is rough to the diagonal: the angle between a space and what a
+finer one adds to it does not shrink with the mesh, so the number of iterations does not grow with it (Bank 1996). The
+state is wanted to a part of how far the two lie apart, and no better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy import linalg as dense
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Factor, factor
+from softmark.solvers.runtime.thread_limits import ALONE
+from softmark.solvers.sparse.conjugate_gradients import dot
+
+SMALL = 20_000  # unknowns up to which a factor takes hardly more than iterations, and less where volumes are kept
+LARGER = 40_000  # the same where iterations lead nowhere
+CLOSE = 2e-2  # relative residual of the systems, and their error in the energy norm
+NEAR = 0.1  # the same of a step to a mode, whose frequency it changes by its square
+SETTLED = 0.03  # of the first step: a step this short is the last
+NEARBY = 1e-3  # the same where steps cost next to nothing
+ROUNDED = 1e-12  # of the displacements: a step this short is rounding, and those after it are no shorter
+CRAWL = 3.0  # times that, of the way so far: what the steps of DELAY iterations may add up to where they have settled
+STEPS = 10  # of Newton's method at most
+AWAY = 5.0  # times the first step: a longer one does not lead to a state nearby
+DELAY = 10  # iterations over which the energy and the displacements must have come to rest
+MOST = 400  # iterations of conjugate gradients in a step
+ALIKE = 1e-10  # of the largest: a smaller direction among vectors is one that they have already
+
+
+LOST = "conjugate gradients do not solve the systems of the finer space"
+Solve = Callable[[Floats], Floats]
+
+
+class StateLost(Exception):
+    """The finer space has no equilibrium near the state of the coarse one, or it was not found."""
+
+
+@dataclass(frozen=True)
+class Below:
+    """The coarse level: a factor of its tangent, and what takes its free unknowns to those of the fine level."""
+
+    factor: Factor
+    P: sparse.csr_matrix  # (fine free, coarse free)
+
+    @classmethod
+    def of(cls, P: sparse.csr_matrix, coarse: Assembly, fine: Assembly, factor: Factor) -> Below:
+        """P takes values at nodes (fine nodes, coarse nodes)."""
+        three = sparse.kron(P, sparse.identity(3), format="csr")
+        return cls(factor, three[fine.free][:, coarse.free].tocsr())
+
+
+def settled(
+    assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
+) -> Floats:
+    """The equilibrium (dofs,) near x, to SETTLED of how far it is. Raises StateLost, Singular, what `watch` raises."""
+    first = 0.0
+    with np.errstate(all="ignore"), ALONE:
+        for number in range(STEPS):
+            watch()
+            d = np.zeros_like(x)
+            g = assembly.gradient(x, 1.0)[assembly.free]
+            d[assembly.free], solve = _step(assembly, x, g, below, watch)
+            size = float(np.linalg.norm(d))
+            first = first or size
+            if not size <= AWAY * first:
+                raise StateLost("Newton's steps on the finer space lead away from its state")
+            x = _inside(assembly, x, d)
+            rounded = size <= ROUNDED * float(np.linalg.norm(x))
+            if rounded or size <= SETTLED * first or (number == 0 and _enough(assembly, x, solve, size)):
+                return x
+    raise StateLost(f"{STEPS} Newton steps on the finer space do not lead to its equilibrium")
+
+
+def nearby(assembly: Assembly, x: Floats, known: Factor, watch: Callable[[], None] = lambda: None) -> Floats:
+    """Return the equilibrium (dofs,) near x by modified Newton steps, with the factorised tangent of another law.
+
+    Raises StateLost if a step is longer than half of the last one or leaves the domain of the law, and any error of
+    `watch`.
+    """
+    first = before = 0.0
+    with np.errstate(all="ignore"), ALONE:
+        for _ in range(STEPS):
+            watch()
+            d = np.zeros_like(x)
+            d[assembly.free] = -known.solve(assembly.gradient(x, 1.0)[assembly.free])
+            size = float(np.linalg.norm(d))
+            if before and not size <= 0.5 * before:
+                break
+            x, first, before = _inside(assembly, x, d), first or size, size
+            if size <= ROUNDED * float(np.linalg.norm(x)) or size <= NEARBY * first:
+                return x
+    raise StateLost("the tangent of one law does not lead to the equilibrium of another")
+
+
+def solver(
+    assembly: Assembly, x: Floats, below: Callable[[], Below], watch: Callable[[], None] = lambda: None
+) -> tuple[sparse.csr_matrix, Solve]:
+    """The tangent in a state, and what solves with it, which raises StateLost. Raises Singular, what `watch` raises."""
+    K = assembly.tangent(x, 1.0)
+    watch()
+    if is_direct(assembly):
+        return K, factor(K, symmetric=assembly.conservative).solve
+    nearly = _preconditioner(K, below(), watch)
+
+    def solve(b: Floats) -> Floats:
+        if (found := _gradients(K, b, nearly, NEAR)) is None:
+            raise StateLost(LOST)
+        return found
+
+    return K, solve
+
+
+def slowest(K: sparse.csr_matrix, solve: Solve, M: sparse.csr_matrix, modes: Floats) -> Floats:
+    """w^2 (m,), (rad/s)^2, of K phi = w^2 M phi near `modes` (n, m) of a coarser space. Raises StateLost.
+
+    Each mode is taken by one step of inverse iteration, which leaves w^2 / w_j^2 of what it has of faster ones, and all
+    of them and the steps by Rayleigh and Ritz (Bathe 2014, section 10.3.2): its error is of the square of what is left.
+    """
+    with np.errstate(all="ignore"), ALONE:
+        stiff, heavy = K @ modes, M @ modes
+        values = (modes * stiff).sum(axis=0) / (modes * heavy).sum(axis=0)
+        steps = np.stack([solve(b) for b in (heavy * values - stiff).T], axis=1)
+        return _ritz(K, M, np.hstack([modes, steps]))[: modes.shape[1]]
+
+
+def _ritz(K: sparse.csr_matrix, M: sparse.csr_matrix, basis: Floats) -> Floats:
+    """w^2 in rising order within the span of vectors (n, k). Raises StateLost."""
+    basis = basis / np.maximum(np.sqrt((basis * (M @ basis)).sum(axis=0)), np.finfo(np.float64).tiny)
+    if not np.all(np.isfinite(basis)):
+        raise StateLost("the modes of the finer space are not finite")
+    sizes, axes = np.linalg.eigh(basis.T @ (M @ basis))
+    known = sizes > ALIKE * sizes[-1]
+    basis = basis @ (axes[:, known] / np.sqrt(sizes[known]))
+    found: Floats = dense.eigvalsh(basis.T @ (K @ basis))
+    return found
+
+
+def _enough(assembly: Assembly, x: Floats, solve: Solve, size: float) -> bool:
+    """Whether the next step, with what solved for the last, would be short beside one of a `size`, m.
+
+    Not the energy: what a finer space changes of it at first is the volume of cells, and of bending it says little.
+    """
+    next_step = solve(assembly.gradient(x, 1.0)[assembly.free])
+    return bool(np.isfinite(next_step).all()) and dot(next_step, next_step) <= (SETTLED * size) ** 2
+
+
+def _inside(assembly: Assembly, x: Floats, d: Floats) -> Floats:
+    """As much of the step as stays in the domain of the law. Raises StateLost."""
+    length = 1.0
+    while length > 0.2:
+        y = x + length * d
+        if np.isfinite(sum(e.value(y) for e in assembly.internal)):
+            return y
+        length *= 0.5
+    raise StateLost("the law of the material does not hold in the state of the finer space")
+
+
+def _step(
+    assembly: Assembly, x: Floats, g: Floats, below: Callable[[], Below], watch: Callable[[], None]
+) -> tuple[Floats, Solve]:
+    """Of the free unknowns by the tangent, or a definite one, and what solves with it, or nearly. Raises StateLost."""
+    if not np.all(np.isfinite(g)):
+        raise StateLost("the forces of the finer space are not finite")
+    direct = is_direct(assembly)
+    for definite in (False,) if direct else (False, True):
+        K = assembly.tangent(x, 1.0, definite)
+        if not np.all(np.isfinite(K.data)):
+            raise StateLost("the stiffness of the finer space is not finite")
+        watch()
+        if direct:
+            known = factor(K, symmetric=assembly.conservative)
+            return -known.solve(g), known.solve
+        nearly = _preconditioner(K, below(), watch)
+        if (d := _gradients(K, -g, nearly)) is not None:
+            return d, nearly
+    if len(g) > LARGER:
+        raise StateLost(LOST)
+    known = factor(assembly.tangent(x, 1.0))
+    return -known.solve(g), known.solve
+
+
+def is_direct(assembly: Assembly) -> bool:
+    """Whether its systems are factored."""
+    return len(assembly.free) <= SMALL or not assembly.conservative or assembly.saddle
+
+
+def _gradients(K: sparse.csr_matrix, b: Floats, precondition: Solve, close: float = CLOSE) -> Floats | None:
+    """x with K x = b by conjugate gradients; None where K is not definite, or MOST iterations do not do.
+
+    The residual is dominated by what is stiff, such as a change of volume, and bending is soft: that the energy grows
+    no more is asked too, over DELAY iterations (Strakos and Tichy 2002), and that x moves no more. Near
+    incompressibility nearly all of the energy may be in volumes, and x as far off as it is large.
+    """
+    x, r, p, rz = np.zeros_like(b), b.copy(), np.zeros_like(b), 1.0
+    gained: list[float] = []
+    moved: list[float] = []
+    goal = close**2 * dot(b, b)
+    for number in range(MOST):
+        settled = dot(r, r) <= goal and sum(gained[-DELAY:]) <= close**2 * sum(gained)
+        if settled and sum(moved[-DELAY:]) <= CRAWL * close * dot(x, x) ** 0.5:
+            return x
+        z = precondition(r)
+        rz, before = dot(r, z), rz
+        p = z + (rz / before if number else 0.0) * p
+        q = K @ p
+        curvature = dot(p, q)
+        if not (curvature > 0.0 and rz > 0.0):
+            return None
+        gained.append(rz * rz / curvature)
+        moved.append(rz / curvature * dot(p, p) ** 0.5)
+        x += (rz / curvature) * p
+        r -= (rz / curvature) * q
+    return None
+
+
+def _preconditioner(K: sparse.csr_matrix, below: Below, watch: Callable[[], None]) -> Solve:
+    """What is rough by the diagonal, what is smooth by the coarse factor."""
+    rough, down = 1.0 / K.diagonal(), below.P.T.tocsr()
+
+    def precondition(r: Floats) -> Floats:
+        watch()
+        there: Floats = rough * r + below.P @ below.factor.solve(down @ r)
+        return there
+
+    return precondition

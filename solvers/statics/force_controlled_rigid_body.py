@@ -1,0 +1,282 @@
+"""Equilibrium of a rigid body that a known force presses along one direction: where what it meets bears that force.
+
+How hard it presses is found at any place of it, as if a support had brought it there; so the place is one number, found
+by Newton's method between places that are known to bear too little and too much. Its stiffness is that of all that
+gives way: it must resist, or the body would not stay there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.linear.factorisations import Singular, factor
+from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
+
+PLACES = 60  # at most
+CLOSER = 0.1  # of the tolerance: what equilibria at one place may leave of theirs
+GROWS = 6.0  # times the force that it presses with over its stiffness, which is as deep as it is: no farther at once
+FIRST = 30.0  # times the barrier's distance: how far it goes at first
+NOTHING = 1e-9  # of the force: what it meets does not resist yet, as a piece that nothing stops does not
+LONGEST = 0.1  # of the size of the body: how far it goes at once then
+FAILURES = 12  # places without an equilibrium, at most
+FAR = 4.0  # times the size of the body and the gap: where nothing has stopped it, nothing does
+LOOKS = 1000  # for what it meets on its way
+WITHIN, AIMED = 0.9, 0.5  # of the barrier's distance: touch, and where it stops on its way there
+SMALL = 1e-4  # of the barrier's distance: differences for a stiffness
+ROUNDED = 4.0  # times what rounding leaves: no less is asked for
+LEAST = 1e-16  # of the size of the body: places that are nearer are one
+LOOKED = 12  # places between others, at most, where the force may have fallen on the way
+STEEP = 3.0  # times the mean slope: what those at both ends may be, squared and added, of a cubic that only rises
+NEAR = 1e-3  # of the force: neighbouring places whose forces are nearer are taken to have nothing between them
+
+Find = Callable[[Statics], Equilibrium]
+
+
+@dataclass(frozen=True)
+class Press:
+    """A rigid body that goes along x, y or z, number `along`, by a `force` in that direction, N; from `begun` on, m.
+
+    `contacts` are the numbers of what it does to the body among the loads, and `placed` puts one where it has gone so
+    far, m, from where it is without the force.
+    """
+
+    along: int
+    force: float
+    begun: float
+    contacts: tuple[int, ...]
+    placed: Callable[[Any, float], Any]
+
+
+@dataclass(frozen=True)
+class Place:
+    """How far it has gone, m, the equilibrium there, and the force on the body that it meets, N, along its way."""
+
+    d: float
+    found: Equilibrium
+    push: float
+
+
+def pressed(problem: Statics, press: Press, find: Find) -> Equilibrium:
+    """What `find` finds of a problem, contacts included, with the rigid body where the force is borne.
+
+    `pressed` of its facts has how far that is, m, the force that is `left`, N, the stiffness, N/m, the number of
+    places that were looked at, and whether what it met `gave_way` on the way there. Raises NotConverged where nothing
+    stops it, or what does is not stable.
+    """
+    return _Search(problem, press, find).found()
+
+
+@dataclass(frozen=True)
+class Stiff:
+    """A place, and the stiffness there, N/m."""
+
+    place: Place
+    k: float
+
+
+class _Search:
+    """Places of one body, and what is known of them."""
+
+    def __init__(self, problem: Statics, press: Press, find: Find) -> None:
+        self.problem, self.press, self.find = problem, press, find
+        self.history = tuple[Iteration, ...]()
+        self.places = 0
+        self.least = LEAST * problem.extent
+        self.failures, self.stride = 0, 0.0
+        self.seen = list[Stiff]()  # where it met something that is held
+        self.low, self.high = -np.inf, np.inf  # where it bears too little, and too much, in the direction of d
+
+    def found(self) -> Equilibrium:
+        """Where the force is borne. Raises NotConverged."""
+        here = self._at(self.press.begun)
+        while self.places < PLACES:
+            left = self._left(here)
+            if here.push == 0.0 and left == 0.0:
+                return self._kept(here, 0.0, 0.0)
+            if here.push == 0.0:
+                there = self._met(here, float(np.sign(left)))
+            else:
+                stiffness = self._stiffness(here)
+                if self._resists(here):
+                    self.seen.append(Stiff(here, stiffness))
+                if abs(left) <= self.problem.tolerance * abs(self.press.force) + self._rounding(here):
+                    return self._kept(here, left, stiffness)
+                there = self._next(here, left, stiffness)
+            if abs(there - here.d) <= self.least:
+                break
+            here = self._towards(here, there)
+        reason = f"the force on the rigid body is not borne to its tolerance: {abs(self._left(here)):.1e} N are left"
+        raise NotConverged(reason, self.history)
+
+    def _left(self, here: Place) -> float:
+        """What of the force is not borne, N; known sides are drawn closer."""
+        left = self.press.force - here.push
+        if left > 0.0:
+            self.low = max(self.low, here.d)
+        if left < 0.0:
+            self.high = min(self.high, here.d)
+        return left
+
+    def _rounding(self, here: Place) -> float:
+        """What the last digits of places leave in the force, N."""
+        return ROUNDED * float(sum(contact.rounding(here.found.x) for contact in self._contacts(here.found)))
+
+    def _next(self, here: Place, left: float, stiffness: float) -> float:
+        """Newton's next place: no farther than GROWS times the present depth, and between the sides that are known.
+
+        Without a force it goes out of the barrier as well, in which it would press less and less without an end.
+        """
+        distance = min(c.barrier.distance for c in self._contacts(here.found))
+        first = FIRST * distance
+        if stiffness > 0.0 and self._resists(here):
+            most, self.stride = max(first, GROWS * abs(here.push) / stiffness), 0.0
+            step = left / stiffness + (0.0 if self.press.force else float(np.copysign(distance, left)))
+        else:
+            most = self.stride = float(np.clip(GROWS * self.stride, first, LONGEST * self.problem.extent))
+            step = float(np.copysign(most, left))
+        there = here.d + float(np.clip(step, -most, most))
+        return there if self.low < there < self.high else self._between(there)
+
+    def _resists(self, here: Place) -> bool:
+        """Whether what it meets is held by something."""
+        return abs(here.push) > NOTHING * abs(self.press.force)
+
+    def _between(self, there: float) -> float:
+        """The middle of the sides that are known."""
+        return 0.5 * (self.low + self.high) if np.isfinite(self.low) and np.isfinite(self.high) else there
+
+    def _towards(self, here: Place, there: float) -> Place:
+        """The equilibrium at a place, or at one that is nearer. Raises NotConverged where there is none at all."""
+        while True:
+            try:
+                return self._at(there, here)
+            except NotConverged as failure:
+                self.history, self.failures = (*self.history, *failure.history), self.failures + 1
+                there = here.d + 0.25 * (there - here.d)
+                if self.failures > FAILURES or abs(there - here.d) <= self.least:
+                    reason = f"the rigid body meets {abs(here.push):.3g} N of {abs(self.press.force):.3g} N"
+                    raise NotConverged(f"{reason}, and farther on {failure.reason}", self.history) from failure
+
+    def _at(self, d: float, near: Place | None = None) -> Place:
+        """The equilibrium at a place, from one nearby; with friction, which counts the way, from the state before."""
+        self.places += 1
+        problem = replace(self.problem, tolerance=CLOSER * self.problem.tolerance)
+        loads: list[Any] = list(problem.assembly.loads)
+        for number in self.press.contacts:
+            loads[number] = self.press.placed(loads[number], d)
+        if near is not None and not problem.rubs:
+            last = iter(near.found.beside)
+            for number, energy in enumerate(loads):
+                if energy.driven:
+                    own = next(last)
+                    loads[number] = replace(energy, earlier=own.body).joining(own.extra, near.found.x)
+            problem = replace(problem, start=near.found.x)
+        found = self.find(_with(problem, loads))
+        self.history = (*self.history, *found.history)
+        return Place(d, found, self._push(found, found.x, d))
+
+    def _contacts(self, found: Equilibrium) -> list[Any]:
+        """Those of the body as a state has them."""
+        driven = [i for i, energy in enumerate(self.problem.assembly.loads) if energy.driven]
+        count = len(self.problem.assembly.loads)
+        own = {number % count for number in self.press.contacts}
+        return [c for i, c in zip(driven, found.beside, strict=True) if i in own]
+
+    def _push(self, found: Equilibrium, x: Floats, d: float) -> float:
+        """What it does to the body in a state x, along its way, N, where it has gone so far, m."""
+        each = (self.press.placed(contact, d) for contact in self._contacts(found))
+        return float(sum(contact.pushes(x).sum(axis=0)[self.press.along] for contact in each))
+
+    def _stiffness(self, here: Place) -> float:
+        """By how much more it presses as it goes on, all that gives way included, N/m; 0 where nothing resists."""
+        x, found = here.found.x, here.found
+        last = iter(found.beside)
+        loads: list[Any] = [next(last) if energy.driven else energy for energy in self.problem.assembly.loads]
+        assembly = self.problem.assembly.joined(loads)
+        own = self._contacts(found)
+        e = SMALL * min(c.barrier.distance for c in own)
+        change = np.zeros(assembly.dofs)
+        for sign in (1.0, -1.0):
+            for contact in own:
+                self.press.placed(contact, here.d + sign * e).add_gradient(x, change, 0.5 * sign)
+        way = np.zeros(assembly.dofs)
+        try:
+            K = factor(assembly.tangent(x, 1.0), symmetric=assembly.conservative)
+        except Singular:
+            return 0.0
+        way[assembly.free] = -K.solve(change[assembly.free])
+        ahead, behind = (self._push(found, x + sign * way, here.d + sign * e) for sign in (1.0, -1.0))
+        return float((ahead - behind) / (2.0 * e))
+
+    def _met(self, here: Place, sign: float) -> float:
+        """Where it meets the body as that is, m, from where it touches nothing. Raises NotConverged."""
+        contacts, x, way = self._contacts(here.found), here.found.x, 0.0
+        distance = min(c.barrier.distance for c in contacts)
+        far = None
+        for _ in range(LOOKS):
+            gap = min(float(self.press.placed(c, here.d + sign * way).gaps(x).min()) for c in contacts)
+            far = FAR * (self.problem.extent + abs(gap)) if far is None else far
+            if gap < WITHIN * distance:
+                return here.d + sign * way
+            way += gap - AIMED * distance
+            if way > far or not self.low <= here.d + sign * way <= self.high:
+                break
+        if np.isfinite(self.low) and np.isfinite(self.high):
+            return self._between(here.d)
+        along = f"{'+' if sign > 0.0 else '-'}{'xyz'[self.press.along]}"
+        raise NotConverged(f"nothing stops the rigid body: it goes on along {along}", self.history)
+
+    def _gave_way(self, here: Place) -> bool:
+        """Whether the force falls on the way from where the body was to a place, so that it snaps through.
+
+        Steps may leap over that: where the cubic through two neighbouring places with their stiffnesses need not rise
+        throughout (Fritsch and Carlson 1980), the place midway is looked at as well.
+        """
+        low, high = sorted((self.press.begun, here.d))
+        way = sorted((own for own in self.seen if low <= own.place.d <= high), key=lambda own: own.place.d)
+        near = NEAR * max([abs(self.press.force), *(abs(own.place.push) for own in way)])
+        pairs, looked = list(pairwise(way)), 0
+        if any(not own.k > 0.0 for own in way):
+            return True
+        while pairs and looked < LOOKED:
+            a, b = pairs.pop()
+            far, rise = b.place.d - a.place.d, b.place.push - a.place.push
+            if rise < -near:
+                return True
+            if max(abs(rise), far * a.k, far * b.k) <= near or np.hypot(a.k, b.k) * far <= STEEP * rise:
+                continue
+            try:
+                middle = self._at(0.5 * (a.place.d + b.place.d), a.place)
+            except NotConverged:
+                continue
+            own, looked = Stiff(middle, self._stiffness(middle)), looked + 1
+            if not own.k > 0.0:
+                return True
+            pairs += [(a, own), (own, b)]
+        return False
+
+    def _kept(self, here: Place, left: float, stiffness: float) -> Equilibrium:
+        """The state with what is known of it. Raises NotConverged where it is not stable."""
+        if here.push != 0.0 and not stiffness > 0.0:
+            reason = f"what the rigid body meets gives way: it would go on from a force of {abs(here.push):.3g} N"
+            raise NotConverged(reason, self.history)
+        gave_way = {"gave_way": True} if self._gave_way(here) else {}
+        known = {"travel_m": here.d, "left_N": left, "stiffness_N_m": stiffness, "places": self.places} | gave_way
+        return replace(here.found, history=self.history, facts=here.found.facts | {"pressed": known})
+
+
+def _with(problem: Statics, loads: Sequence[Any]) -> Statics:
+    """The problem with other loads, and its corotational twin."""
+
+    def each(assembly: Assembly) -> Assembly:
+        return assembly.joined(list(loads))
+
+    return replace(problem, assembly=each(problem.assembly), twin=problem.twin and each(problem.twin))

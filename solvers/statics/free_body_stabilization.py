@@ -1,0 +1,106 @@
+"""Equilibrium of what supports leave free and only touch will hold: kept by a spring that comes to bear nothing.
+
+The spring keeps every node to a place; what is found is the next place, and so on, until what it bears has vanished
+(proximal points, Rockafellar 1976). So the answer is one without it, whatever its stiffness. A load that nothing bears
+yet takes the body a part of its size farther each time, until something does; this is no motion in time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Energy, Floats, Wandering
+from softmark.solvers.energies.stabilization_spring import Ground
+from softmark.solvers.statics.static_problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
+
+REACH = 0.1  # of its size: how far loads take a free body at a time
+WEAKER = 100.0  # times, from place to place, as long as it bears less and less
+GONE = 1e-10  # of the forces on the body: what it may bear in the end
+STUCK = 30  # places at which it bears no less than at the one before
+MOST = 60  # places
+NOTHING = 1e-6  # of what the weakest spring bears when it is stretched by the size of the body: no force
+FALLS = 0.5  # of the forces that it bears: nothing else does yet
+FREE = 0.99  # of the forces: nothing else bears anything
+CLOSER = 0.3  # of the tolerance: what is left of it is for what the spring bears
+
+
+def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equilibrium:
+    """What `find` finds of a problem whose last energy is its ground, which bears nothing any more.
+
+    `grounded` of its facts says what it bears, of the forces on the body, and at how many places it was. Raises
+    NotConverged where nothing is found, or nothing else comes to bear the loads.
+    """
+    known: Any = problem.assembly.internal[-1]
+    ground: Ground = replace(known, place=problem.rest if problem.start is None else problem.start)
+    weakest, history, before, stuck = ground.spring, tuple[Iteration, ...](), 1.0, 0
+    least = NOTHING * weakest * problem.extent
+    ground = replace(ground, spring=max(weakest, _pull(problem) / (REACH * problem.extent)))
+    for number in range(MOST):
+        found = find(replace(_on(problem, ground), tolerance=CLOSER * problem.tolerance))
+        history += found.history
+        borne = _borne(problem.assembly, ground, found.x, least)
+        if borne <= GONE:
+            facts = {"bears": borne, "places": number + 1}
+            return replace(found, history=history, facts=found.facts | {"grounded": facts})
+        if problem.rubs and borne > FALLS:
+            raise NotConverged("it falls on what it rubs on, and friction would count the way there as slip", history)
+        less = borne < 0.5 * before
+        stuck, before = (0 if less else stuck + 1), borne
+        if stuck > STUCK:
+            break
+        spring = max(weakest, ground.spring / WEAKER) if less else ground.spring
+        ground = replace(ground, spring=spring, place=found.x)
+        problem = replace(problem, start=found.x, assembly=_arrived(problem.assembly))
+    raise NotConverged(_why(problem, ground, found.x, before), history)
+
+
+def _pull(problem: Statics) -> float:
+    """What loads that do not depend on where rigid bodies are add up to at rest, N, or their moment by the size."""
+    f = np.zeros(problem.assembly.dofs)
+    for energy, scale in problem.assembly.loaded(1.0):
+        if not energy.driven:
+            energy.add_gradient(problem.rest, f, scale)
+    return 0.0 if problem.resultant is None else problem.resultant(f)
+
+
+def _borne(assembly: Assembly, ground: Ground, x: Floats, least: float) -> float:
+    """What it bears of the forces of loads and contacts on the nodes, by the sums of their sizes, or of the `least`."""
+    f = np.zeros(assembly.dofs)
+    meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, Wandering)]
+    for energy, scale in (*assembly.loaded(1.0), *meets):
+        energy.add_gradient(x, f, scale)
+    own, whole = (float(np.linalg.norm(each, axis=1).sum()) for each in (ground.forces(x), f[ground.stencils]))
+    return own / max(whole, least)
+
+
+def _on(problem: Statics, ground: Ground) -> Statics:
+    twin = problem.twin and _with(problem.twin, [*problem.twin.internal[:-1], ground])
+    return replace(problem, assembly=_with(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin)
+
+
+def _with(assembly: Assembly, internal: list[Energy]) -> Assembly:
+    return assembly.acting(internal, assembly.loads)
+
+
+def _arrived(assembly: Assembly) -> Assembly:
+    """With rigid bodies that are where the state has them already."""
+    known: list[Any] = list(assembly.loads)
+    return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven else e for e in known])
+
+
+def _why(problem: Statics, ground: Ground, x: Floats, borne: float) -> str:
+    each: list[Any] = [e for e in problem.assembly.loads if e.rubs]
+    if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):
+        held = problem.fixed.size > 0 or any(e.grounded for e in problem.assembly.internal if not isinstance(e, Ground))
+        return f"{SLIDES} at 100 % of the load{HELD if held else ', and nothing else holds it'}"
+    way = ground.forces(x).sum(axis=0)
+    size = float(np.linalg.norm(way))
+    along = "" if not size else f" along ({', '.join(f'{c:.2g}' for c in np.round(way / size, 6) + 0.0)})"
+    if borne > FREE:
+        return f"nothing stops the body as a whole within {STUCK * REACH:.2g} times its size: it falls on{along}"
+    return f"nothing stops the body as a whole: {100 * borne:.2g} % of the forces on it still carry it on{along}"

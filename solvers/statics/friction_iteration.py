@@ -1,0 +1,115 @@
+"""Equilibrium with friction: energies with the pressures of the iterate before, and then whole steps with its own.
+
+Forces of friction depend on pressures that are sought as well, and have no energy. With pressures and normals of an
+earlier iterate they have one, which Newton's method descends as it does without friction; what that finds gives new
+pressures, and the distances of one from the next shrink by the coupling of pressure and shear (Jean 1999; Li et al.
+2020). When it is close, whole steps with the tangent of all of it, which is not symmetric, are quadratic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.barrier_stiffness_ramp import SOFT, fallen, in_steps, like, softened, take
+from softmark.solvers.statics.static_problem import SLIDES, NotConverged
+
+if TYPE_CHECKING:
+    from softmark.solvers.assembly.assembly import Assembly
+    from softmark.solvers.statics.static_newton import Newton
+
+MOST, WITHIN = 12, 20  # iterates, and steps of each
+BESIDE = 0.5  # residual of a start from which it is found at once
+ROUGH, FINER = 1e-2, 0.05  # how well an iterate is worth solving: at most, and of the residual that friction leaves
+EACH = 3, 6  # whole steps of all of it from an iterate: the second as long as the residual falls
+FALLS = 1, 2, 6  # the same beside surfaces that deform, whose barriers whole steps go too near to
+
+
+def rubbed(newton: Newton, x: Floats, load: float) -> Floats:
+    """The equilibrium with friction at a load, from x. Raises NotConverged."""
+    rigid = _beside_rigid(newton.assembly)
+    if rigid and newton.problem.start is not None and newton.residual(x, load)[1] < BESIDE:
+        own = like(newton, softened(newton.assembly, load, 1.0))
+        try:
+            found = _settled(own, x, load, None)
+        except NotConverged:
+            pass
+        else:
+            newton.moved = own.moved
+            take(newton, own)
+            return found
+    try:
+        return in_steps(newton, x, load, (SOFT, 1.0) if rigid else (1.0,), _gripped)
+    except NotConverged as failure:
+        raise _slid(newton, failure, newton.reached, load) from failure
+
+
+def _gripped(newton: Newton, x: Floats, load: float, before: Assembly | None) -> Floats:
+    """The equilibrium of one stiffness; at first, where nothing is known of pressures, everything sticks."""
+    return _settled(newton, x, load, before, grips=before is None)
+
+
+def _settled(newton: Newton, x: Floats, load: float, before: Assembly | None, grips: bool = False) -> Floats:
+    """The equilibrium of one stiffness, from that of the one before. Raises NotConverged."""
+    residual = 1.0
+    for _ in range(MOST):
+        own = like(newton, _lagged(newton.assembly, x, before, grips), min(ROUGH, FINER * residual))
+        own.problem = replace(own.problem, max_iterations=WITHIN)
+        try:
+            x, before, grips = fallen(own, x, load, grips), None, False
+        finally:
+            newton.reached = own.reached
+        newton.moved = own.moved
+        _, residual = newton.residual(x, load)
+        found = _whole(newton, x, load, residual)
+        if found is not None:
+            return found
+    reason = f"friction does not settle at {100 * load:.4g} % of the load, residual {residual:.1e}"
+    raise NotConverged(reason, tuple(newton.history))
+
+
+def _whole(newton: Newton, x: Floats, load: float, residual: float) -> Floats | None:
+    """The equilibrium by whole steps of all of it, from a residual; None where these do not lead there."""
+    moved, done = newton.moved, False
+    for most in EACH if _beside_rigid(newton.assembly) else FALLS:
+        try:
+            x, done, left = newton.steps(x, most, load)
+        except NotConverged:
+            break
+        if done or not left < residual:
+            break
+        residual = left
+    if not done:
+        newton.moved = moved
+    return x if done else None
+
+
+def _beside_rigid(assembly: Assembly) -> bool:
+    """Whether rigid bodies rub, behind whose surface whole steps may lead: their barriers are soft first."""
+    return any(e.rubs for e in assembly.loads)
+
+
+def _slid(newton: Newton, failure: NotConverged, x: Floats | None, load: float) -> NotConverged:
+    """Why there is no equilibrium: that all that touches slides, if it does where Newton's method was left."""
+    soft = softened(newton.assembly, load, SOFT)
+    each: list[Any] = [e for e in (*soft.internal, *soft.loads) if e.rubs]
+    if x is None or any(e.holds(x) for e in each):
+        return failure
+    reason = f"{SLIDES} at {100 * load:.4g} % of the load"
+    return NotConverged(reason, failure.history, failure.facts, failure.unstable, failure.loose)
+
+
+def steady(newton: Newton, x: Floats) -> bool | None:
+    """Whether an equilibrium is stable under the pressures that it has; None where that is not known."""
+    return like(newton, _lagged(newton.assembly, x, None, grips=False), 1.0).definite(x) or None
+
+
+def _lagged(assembly: Assembly, x: Floats, before: Assembly | None, grips: bool) -> Assembly:
+    """With the pressures that those before have in x; at first, where nothing is known of them, everything sticks."""
+    was = before or assembly
+
+    def each(own: Any, known: Any) -> list[Any]:
+        return [e.lagged(x, e0, grips) if e.rubs else e for e, e0 in zip(own, known, strict=True)]
+
+    return assembly.acting(each(assembly.internal, was.internal), each(assembly.loads, was.loads))

@@ -1,0 +1,382 @@
+"""One material point of an isotropic law by plain numbers: no array is made before its state is found.
+
+What `material_point.py` does for any law is done here in principal axes, by logarithms of stretches: Newton's method on
+at most three of them and a pressure, with what the law says of principal stretches (materials/principal_axes_law.py).
+A state takes some tens of microseconds, and less where no stretch is to be found.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.materials.principal_axes_law import swollen
+from softmark.solvers.statics.material_point_state import (
+    FARTHEST,
+    HALVINGS,
+    HELD,
+    ROUNDING,
+    SETTLED,
+    STILL,
+    Drive,
+    Floats,
+    PointState,
+)
+
+Rows = list[list[float]]
+Free = list[tuple[float, list[int]]]  # the nominal stress on free axes, Pa, and which of them have it
+NEAR = 1e-5  # logarithms of stretches that are nearer have their difference of stresses from the slope, to its square
+INF = math.inf
+
+
+def in_reach(drive: Drive) -> bool:
+    """Whether a state is found here: of stretches, or of a shear without a free one."""
+    given = drive.stretches.tolist()
+    if any(t <= 0.0 for t in given):
+        return False
+    return drive.shear is None or (not any(t != t for t in given) and drive.relieved not in drive.shear[:2])
+
+
+@dataclass(frozen=True, eq=False)
+class PrincipalPoint:
+    """An isotropic law at one point; of a solid that keeps its volume, the law of its shape and the constraint."""
+
+    law: Any  # with `principal`
+    constraint: Any  # `OfVolume`, or None
+
+    # ------------------------------------------------------------------ Newton's method
+
+    def guess(self, drive: Drive) -> tuple[Any, float]:
+        """What free stretches would be if strains were logarithmic and small."""
+        given = drive.stretches.tolist()
+        free = [a for a in range(3) if given[a] != given[a]]
+        if not free:
+            return given, 0.0
+        log = [0.0 if t != t else math.log(t) for t in given]
+        H = self._rest
+        found = [-sum(log) / len(free)] * len(free)
+        if self.constraint is None:
+            right = [-sum(H[a][b] * log[b] for b in range(3)) for a in free]
+            found = _solved([[H[a][b] for b in free] for a in free], right) or found
+        for a, e in zip(free, found, strict=True):
+            log[a] = e
+        return [math.exp(e) for e in log], 0.0
+
+    def newton(self, drive: Drive, start: tuple[Any, float], most: int) -> Any:
+        """Logarithms of stretches, pressure, iterations and what is known there; None where it comes to no rest.
+
+        Free axes that are pulled alike are stretched alike: the law is isotropic, and one unknown stands for them.
+        """
+        given, pull = drive.stretches.tolist(), drive.stresses.tolist()
+        e = [math.log(s if t != t else t) for t, s in zip(given, start[0], strict=True)]
+        alike: dict[float, list[int]] = {}
+        for a in range(3):
+            if given[a] != given[a]:
+                alike.setdefault(pull[a], []).append(a)
+                e[a] = e[alike[pull[a]][0]]
+        free = list(alike.items())
+        if not free or (self.constraint is not None and len(free) == 1):
+            return self._relieved(drive, e, free)
+        if len(free) == 1:
+            return self._of_one(e, *free[0], most)
+        p = start[1]
+        at = self._at(e, p, free)
+        for number in range(most):
+            if at is None or (step := _solved(at[1], at[0])) is None:
+                return None
+            moved = self._searched((e, p, at), free, step)
+            if moved is None:
+                return (e, p, number, at[2]) if max(map(abs, at[0])) <= SETTLED * self._stiff else None
+            e, p, at = moved
+            short = max(map(abs, step[: len(free)])) <= STILL
+            if short or max(map(abs, at[0])) <= ROUNDING * self._stiff:
+                return e, p, number + 1, at[2]
+        return None
+
+    def _of_one(self, e: list[float], pull: float, axes: list[int], most: int) -> Any:
+        """The same with one unknown and no pressure: what most states are."""
+        a, known = axes[0], self._known(e, 0.0)
+        left = math.nan if known is None else known[1][a] - (pull * math.exp(e[a]) if pull else 0.0)
+        for number in range(most):
+            if not math.isfinite(left):
+                return None
+            row = known[2][a]
+            slope = sum([row[b] for b in axes]) - (pull * math.exp(e[a]) if pull else 0.0)
+            step, part = left / slope if slope else math.inf, 1.0
+            for _ in range(HALVINGS):
+                now, by = e[:], max(-FARTHEST, min(FARTHEST, part * step))
+                for b in axes:
+                    now[b] -= by
+                then = self._known(now, 0.0)
+                rest = math.nan if then is None else then[1][a] - (pull * math.exp(now[a]) if pull else 0.0)
+                if abs(rest) < abs(left):
+                    break
+                part *= 0.5
+            else:
+                return (e, 0.0, number, known) if abs(left) <= SETTLED * self._stiff else None
+            e, known, left = now, then, rest
+            if abs(step) <= STILL or abs(left) <= ROUNDING * self._stiff:
+                return e, 0.0, number + 1, known
+        return None
+
+    def _searched(self, at: Any, free: Free, step: list[float]) -> Any:
+        """Back along a step to what lowers what is left; None where nothing does."""
+        e, p, (left, _, _) = at
+        part, size = 1.0, math.hypot(*left)
+        for _ in range(HALVINGS):
+            now = e[:]
+            for (_, axes), d in zip(free, step, strict=False):
+                by = max(-FARTHEST, min(FARTHEST, part * d))
+                for a in axes:
+                    now[a] -= by
+            q = p if self.constraint is None else p - part * step[-1]
+            then = self._at(now, q, free)
+            if then is not None and math.hypot(*then[0]) < size:
+                return now, q, then
+            part *= 0.5
+        return None
+
+    def _relieved(self, drive: Drive, e: list[float], free: Free) -> Any:
+        """A state whose volume says all of it, with at most one stretch to find, and the pressure that it needs."""
+        own = e if drive.shear is None else list(_Sheared.of(drive, e).e)
+        if self.constraint is None:
+            known = self._known(own, 0.0)
+            return None if known is None else (e, 0.0, 0, known)
+        pull, axes = free[0] if free else (0.0, [drive.relieved])
+        if free:
+            spare = sum(e) / len(axes)
+            for a in axes:
+                own[a] -= spare
+        known, (g, first, _) = self._known(own, 0.0), self.constraint.of(math.expm1(sum(own)))
+        if known is None or not abs(g) <= HELD:
+            return None
+        J = math.exp(sum(own))
+        p = (pull * math.exp(own[axes[0]]) - known[1][axes[0]]) / (first * J)
+        self._press(known, p, J)
+        return e, p, 0, known
+
+    def _at(self, e: list[float], p: float, free: Free) -> Any:
+        """What is left of Kirchhoff's stress on free axes, Pa, and of the constraint; its slopes; what is known.
+
+        None out of reach.
+        """
+        known = self._known(e, p)
+        if known is None:
+            return None
+        _, tau, bent = known
+        left, rows = [], []
+        for n, (pull, axes) in enumerate(free):
+            a = axes[0]
+            acting = pull * math.exp(e[a]) if pull else 0.0
+            left.append(tau[a] - acting)
+            row = [bent[a][other[0]] if len(other) == 1 else sum(bent[a][b] for b in other) for _, other in free]
+            row[n] -= acting
+            rows.append(row)
+        if self.constraint is not None:
+            j = math.expm1(e[0] + e[1] + e[2])
+            g, first, _ = self.constraint.of(j)
+            slope = first * (1.0 + j)
+            for row in rows:
+                row.append(slope)
+            rows.append([self._stiff * slope * len(axes) for _, axes in free] + [0.0])
+            left.append(self._stiff * g)
+        return (left, rows, known) if math.isfinite(sum(left)) else None
+
+    def _known(self, e: Sequence[float], p: float) -> Any:
+        """psi, tau and its slopes with a pressure on the constraint; None where numbers end."""
+        try:
+            known = self.law.principal(e)
+        except (OverflowError, ZeroDivisionError):
+            return None
+        if type(known[0]) is not float:  # a law that is written with numpy alone
+            psi, tau, bent = known
+            known = float(psi), [float(t) for t in tau], [[float(b) for b in row] for row in bent]
+        if self.constraint is not None and p:
+            self._press(known, p, math.exp(e[0] + e[1] + e[2]))
+        return known
+
+    def _press(self, known: Any, p: float, J: float) -> None:
+        """Add what a pressure does."""
+        _, first, second = self.constraint.of(J - 1.0)
+        slope = p * first * J
+        swollen(known[1], known[2], slope, slope if second is None else slope + p * second * J * J)
+
+    @cached_property
+    def _rest(self) -> Rows:
+        """The stiffness at rest along the axes (3, 3), Pa."""
+        found: Rows = self.law.principal((0.0, 0.0, 0.0))[2]
+        return found
+
+    @cached_property
+    def _stiff(self) -> float:
+        """The largest of it, Pa."""
+        return max(abs(b) for row in self._rest for b in row)
+
+    @property
+    def _shear(self) -> float:
+        """mu, Pa."""
+        return 0.5 * (self._rest[0][0] - self._rest[0][1])
+
+    # ------------------------------------------------------------------ what is told of it
+
+    def told(self, drive: Drive, found: Any) -> PointState:
+        """All that is said of a state."""
+        e, p, iterations, (psi, tau, bent) = found
+        if drive.shear is not None:
+            return self._told_sheared(drive, found)
+        given, pull = drive.stretches.tolist(), drive.stresses.tolist()
+        t = [math.exp(a) if s != s else s for a, s in zip(e, given, strict=True)]
+        P = [a / s for a, s in zip(tau, t, strict=True)]
+        free = [a for a in range(3) if given[a] != given[a]]
+        H = [[bent[a][b] / (t[a] * t[b]) for b in range(3)] for a in range(3)]
+        for a in range(3):
+            H[a][a] -= P[a] / t[a]
+        normal = None if self.constraint is None else [1.0 / s for s in t]
+        some = sorted({*free, *drive.driven})
+        left = max((abs(P[a] - pull[a]) for a in free), default=0.0)
+        largest = max(map(abs, P))
+        return PointState(
+            _diagonal(t), _diagonal(P), psi, p, left / largest if largest else 0.0, iterations,
+            _least(H, normal, free) / self._shear, _least(H, normal, some) / self._shear,
+        )  # fmt: skip
+
+    def _told_sheared(self, drive: Drive, found: Any) -> PointState:
+        """The same of a shear in the plane of two axes, whose stretches are imposed."""
+        assert drive.shear is not None
+        a, b, g = drive.shear
+        e, p, _, (psi, tau, bent) = found
+        sheared = _Sheared.of(drive, e)
+        F, P = _diagonal(drive.stretches.tolist()), _diagonal([tau[k] / math.exp(e[k]) for k in range(3)])
+        F[a, b] = g
+        along, across, both = sheared.turned(tau, bent)
+        r = sheared.ta * sheared.tb
+        P[a, a], P[b, b] = along / sheared.ta - g * both / r, across / sheared.tb
+        P[a, b], P[b, a] = both / sheared.tb, both / sheared.ta - g * across / r
+        return PointState(F, P, psi, p, 0.0, 0, INF, sheared.stiffness(tau, bent) / self._shear)
+
+
+@dataclass(frozen=True)
+class _Sheared:
+    """A shear g of the axis a along b in their plane: principal stretches exp(m + d), exp(m - d).
+
+    With ta and tb on the diagonal their product is ta tb, and cosh 2d = (ta^2 + tb^2 + g^2) / (2 ta tb).
+    """
+
+    a: int
+    b: int
+    g: float
+    ta: float
+    tb: float
+    d: float
+    e: tuple[float, float, float]  # logarithms of principal stretches, of the larger at a
+
+    @classmethod
+    def of(cls, drive: Drive, e: Sequence[float]) -> _Sheared:
+        """Of a drive, and the logarithms of its diagonal."""
+        assert drive.shear is not None
+        a, b, g = drive.shear
+        ta, tb = math.exp(e[a]), math.exp(e[b])
+        d = math.asinh(math.hypot(ta - tb, g) / (2.0 * math.sqrt(ta * tb)))
+        own, m = list(e), 0.5 * (e[a] + e[b])
+        own[a], own[b] = m + d, m - d
+        return cls(a, b, g, ta, tb, d, (own[0], own[1], own[2]))
+
+    def turned(self, tau: Sequence[float], bent: Rows) -> tuple[float, float, float]:
+        """Kirchhoff's stress along a, along b and between them, Pa: of B = F F^T it has the axes."""
+        mean, r = 0.5 * (tau[self.a] + tau[self.b]), self.ta * self.tb
+        B = self.ta**2 + self.g**2, self.tb**2, self.g * self.tb
+        if self.d > NEAR:
+            q = self._apart(tau, bent) / (2.0 * r * math.sinh(2.0 * self.d))
+        else:
+            q = self._bent(bent) / (2.0 * r)
+        half = 0.5 * q * (B[0] - B[1])
+        return mean + half, mean - half, q * B[2]
+
+    def stiffness(self, tau: Sequence[float], bent: Rows) -> float:
+        """d2psi/dg2, Pa: by d(g), whose slope is g / (2 ta tb sinh 2d)."""
+        r = self.ta * self.tb
+        if self.d == 0.0:
+            return self._bent(bent) / (2.0 * r)
+        s = 2.0 * math.sinh(2.0 * self.d)
+        slope = self.g / (r * s)
+        bend = (1.0 / r - 4.0 * slope**2 * math.cosh(2.0 * self.d)) / s
+        return 2.0 * self._bent(bent) * slope**2 + self._apart(tau, bent) * bend
+
+    def _apart(self, tau: Sequence[float], bent: Rows) -> float:
+        """The difference of the principal stresses, Pa."""
+        return tau[self.a] - tau[self.b] if self.d > NEAR else 2.0 * self.d * self._bent(bent)
+
+    def _bent(self, bent: Rows) -> float:
+        """Its slope by 2d, Pa."""
+        a, b = self.a, self.b
+        return 0.5 * (bent[a][a] + bent[b][b]) - bent[a][b]
+
+
+def _diagonal(t: Sequence[float]) -> Floats:
+    return np.array([[t[0], 0.0, 0.0], [0.0, t[1], 0.0], [0.0, 0.0, t[2]]])
+
+
+def _solved(rows: Rows, right: list[float]) -> list[float] | None:
+    """x of rows x = right, of up to four unknowns, by elimination; None where they are singular."""
+    n = len(right)
+    if n == 1:
+        x = right[0] / rows[0][0] if rows[0][0] else math.nan
+        return [x] if math.isfinite(x) else None
+    M = [[*row, r] for row, r in zip(rows, right, strict=True)]
+    for k in range(n):
+        for i in range(k + 1, n):
+            if abs(M[i][k]) > abs(M[k][k]):
+                M[k], M[i] = M[i], M[k]
+        pivot = M[k][k]
+        if pivot == 0.0 or pivot != pivot:
+            return None
+        for i in range(k + 1, n):
+            if (f := M[i][k] / pivot) != 0.0:
+                M[i] = [b - f * a for a, b in zip(M[k], M[i], strict=True)]
+    found = [0.0] * n
+    for k in reversed(range(n)):
+        found[k] = (M[k][n] - sum(M[k][i] * found[i] for i in range(k + 1, n))) / M[k][k]
+    return found if math.isfinite(sum(found)) else None
+
+
+def _least(H: Rows, normal: list[float] | None, some: list[int]) -> float:
+    """The least eigenvalue of H among some axes, in the plane normal to what a constraint holds; inf of nothing."""
+    n = len(some)
+    if n == 0 or (normal is not None and n == 1):
+        return INF
+    if normal is None:
+        if n == 1:
+            return H[some[0]][some[0]]
+        if n == 2:
+            a, b = some
+            return _of_two(H[a][a], H[a][b], H[b][b])
+        return float(np.linalg.eigvalsh(H)[0])
+    if n == 2:
+        a, b = some
+        u, v = normal[b], -normal[a]
+        return (u * u * H[a][a] + 2.0 * u * v * H[a][b] + v * v * H[b][b]) / (u * u + v * v)
+    x, y = _plane(normal)
+    Hx, Hy = ([sum(H[a][b] * w[b] for b in range(3)) for a in range(3)] for w in (x, y))
+    return _of_two(_dot(x, Hx), _dot(x, Hy), _dot(y, Hy))
+
+
+def _of_two(a: float, b: float, c: float) -> float:
+    """The lesser eigenvalue of [[a, b], [b, c]]."""
+    return 0.5 * (a + c) - math.hypot(0.5 * (a - c), b)
+
+
+def _plane(n: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Two unit vectors across n, whose entries are all positive, and each other."""
+    size = math.hypot(n[0], n[1])
+    x = [-n[1] / size, n[0] / size, 0.0]
+    whole = math.hypot(size, n[2])
+    return x, [-n[2] * n[0] / (size * whole), -n[2] * n[1] / (size * whole), size / whole]
+
+
+def _dot(x: Sequence[float], y: Sequence[float]) -> float:
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]

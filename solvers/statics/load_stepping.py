@@ -1,0 +1,61 @@
+"""Whole Newton steps at loads that grow: the way to large stretches, where those at full load lose themselves.
+
+From the equilibrium at one load the supports move on as the tangent there says, and few whole steps find the next.
+Nothing is asked to fall, so that no line search creeps along the valley that a volume that hardly changes is; what the
+way ends on is judged as any other answer is; where it is unstable, what is found instead is one of several states.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.statics.static_newton import Newton
+from softmark.solvers.statics.static_problem import CoarseTurn, NotConverged
+from softmark.solvers.statics.winding import COARSE
+
+FIRST, LEAST = 0.25, 1.0 / 512.0  # steps of load: to begin with, and where the way is given up
+EACH, EASY = 10, 6  # whole steps at one load at most, and down to which the next step is twice as long
+MEETING = 20  # the same where something may touch: a step leaves a quarter of a pressure that is far too large
+
+
+def raised(newton: Newton) -> tuple[Floats, int]:
+    """The equilibrium of full load along the path from rest, and how many loads led there. Raises NotConverged."""
+    longest = newton.problem.longest
+    x, load, step, count = newton.problem.rest, 0.0, min(FIRST, longest), 0
+    while load < 1.0:
+        target = min(1.0, load + step)
+        before = len(newton.history)
+        y = _next(newton, x, load, target)
+        if y is None:
+            step = 0.5 * (target - load)
+            if step < LEAST * longest:
+                raise NotConverged(f"steps of load end at {100 * load:.4g} %", tuple(newton.history))
+            continue
+        x, load, count = y, target, count + 1
+        if len(newton.history) - before <= EASY:
+            step = min(2.0 * step, longest)
+    return x, count
+
+
+def _next(newton: Newton, x: Floats, load: float, target: float) -> Floats | None:
+    """The equilibrium of the target load from that of another; None where whole steps do not find one without flaws."""
+    most = MEETING if newton.problem.touches else EACH
+    try:
+        start = newton.carry(x, target - load, load)
+        there, done, _ = newton.steps(start, most, target)
+    except NotConverged:
+        return None
+    if newton.problem.way is not None and strayed(x, start, there):
+        return None
+    if not (done and newton.problem.sound(there)):
+        return None
+    lost = newton.problem.lost(there, target)
+    if lost == COARSE:  # on the path itself, which a shorter step follows to the same place
+        raise CoarseTurn(f"at {100 * target:.4g} % of the load, {lost}", tuple(newton.history))
+    return None if lost else there
+
+
+def strayed(x: Floats, start: Floats, there: Floats) -> bool:
+    """Whether Newton's steps led farther than the step of a turn itself: off, to another state, as by a whole turn."""
+    return bool(np.linalg.norm(there - start) > np.linalg.norm(start - x))

@@ -1,0 +1,111 @@
+"""Equilibria of what remembers, one after another: each is a problem of statics, for the energies of a step in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field, replace
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.energies.energy import Energy, Floats
+from softmark.solvers.energies.external_loads import Share
+from softmark.solvers.energies.viscoelastic_memory import Memories
+from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
+
+
+@dataclass(frozen=True)
+class Instant:
+    """What acts at a time, s: shares of every load (l,), and what supports impose (c,), m."""
+
+    time: float
+    shares: tuple[float, ...]
+    target: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Aged:
+    """A state in time: `x` at `time`, the memories of its energies, and works since the start, J.
+
+    `work` is that of internal forces and of fluid that is pumped, `times` and `states` are those of all steps so far,
+    jumps among them twice.
+    """
+
+    x: Floats
+    time: float
+    memories: Memories
+    forces: Floats
+    work: float = 0.0
+    times: tuple[float, ...] = ()
+    states: tuple[Floats, ...] = ()
+    losses: tuple[float, ...] = ()  # dissipated up to each of them, J
+    history: tuple[Iteration, ...] = field(default=(), repr=False)
+    imposed: Floats | None = None  # by supports, from rest (c,), m or rad
+    found: Equilibrium | None = None  # the last, with the problem that it solves
+    problem: Statics | None = None
+
+    @property
+    def stored(self) -> float:
+        """Energy of all springs, J."""
+        return self.memories.stored(self.x)
+
+    @property
+    def dissipated(self) -> float:
+        """Since the start, J."""
+        return self.memories.dissipated
+
+
+def begun(problem: Statics, memories: Memories) -> Aged:
+    """The state of rest before anything acts."""
+    return Aged(problem.rest, 0.0, memories, np.zeros(problem.assembly.dofs))
+
+
+def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
+    """The equilibrium at a later time, or at the same after a jump. Raises NotConverged."""
+    h = max(0.0, to.time - before.time)
+    internal = before.memories.over(h)
+    loads = [Share(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
+    now = replace(problem, assembly=problem.assembly.acting(internal, loads), twin=None)
+    if problem.rest.size == problem.assembly.dofs:
+        step = replace(now, target=to.target, start=before.x if before.times else None)
+    else:  # of what turns: how far it is from a state is no difference of numbers
+        imposed = to.target if before.imposed is None else to.target - before.imposed
+        travelled = float(np.linalg.norm((before.x - problem.rest).reshape(-1, 7)[:, :3]))
+        step = replace(now, rest=before.x, target=imposed, travelled=travelled)
+    found = equilibrium(step)
+    x = found.x
+    memories = before.memories.accepted(x, h)
+    forces = np.zeros(problem.assembly.dofs)
+    for energy in internal:
+        energy.add_gradient(x, forces)
+    if (worked := memories.worked) is not None:
+        work = worked - before.work
+    elif h > 0.0:
+        work = 0.5 * float((before.forces + forces) @ _displaced(internal, x - before.x))
+        work += memories.pumped - before.memories.pumped
+    else:  # at once it is elastic, and has an energy
+        work = sum(e.value(x) - e.value(before.x) for e in internal)
+    after = replace(before, x=x, time=to.time, memories=memories, forces=forces, work=before.work + work, found=found,
+                    problem=step, history=before.history + found.history, imposed=to.target)  # fmt: skip
+    lost = after.dissipated
+    return replace(after, times=(*before.times, to.time), states=(*before.states, x), losses=(*before.losses, lost))
+
+
+def _displaced(internal: Sequence[Energy], d: Floats) -> Floats:
+    """A motion (dofs,) without that of pressures, whose rows are volumes."""
+    for energy in [e for e in list[Any](internal) if e.saddle]:
+        d[energy.pressures] = 0.0
+    return d
+
+
+def followed(problem: Statics, before: Aged, instants: Sequence[Instant]) -> Aged:
+    """All of these, one after another. Raises NotConverged, which says when."""
+    for to in instants:
+        try:
+            before = aged(problem, before, to)
+        except NotConverged as failure:
+            reason = f"at {to.time:.6g} s: {failure.reason}"
+            raise NotConverged(reason, before.history + failure.history, failure.facts, failure.unstable,
+                               failure.loose) from failure  # fmt: skip
+    return before

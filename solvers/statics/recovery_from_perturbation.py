@@ -1,0 +1,378 @@
+"""Back to equilibrium from a state of any kind: scrambled, flat, in one point, inside out (see perturbed_states.py).
+
+The way leads downhill from the given state; rest is never put in its place. Where the law has an energy there, it is
+the law's own, by Newton steps with a definite tangent (Teran et al. 2005). Where it has none (ln J of cells inside
+out), or where its descent ends among inverted cells, nodes follow the stable neo-Hookean energy of Smith, De Goes and
+Kim (2018), which is finite and resists everywhere, and the law goes on from where all cells are upright. That energy
+has bad minima too, if few: the nodes of the cells that are inside out or strained most are then spread anew between
+their neighbours, who stay (a harmonic fill-in), wider each time but over half of the body at most, and shaken. After
+ATTEMPTS of these the answer is no.
+
+What is found counts as recovered only if it is a stable equilibrium without inverted cells whose energy is that of the
+equilibrium without the disturbance; without loads that is rest, whose energy is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from softmark.records import dataclass
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.elastic_energy import Elastic
+from softmark.solvers.energies.energy import Floats, Ints
+from softmark.solvers.linear.factorisations import Singular, condition, factor
+from softmark.solvers.linear.linear_solver import Systems
+from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
+from softmark.solvers.statics.static_equilibrium import equilibrium
+from softmark.solvers.statics.static_newton import RIGID, Newton
+from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
+
+ATTEMPTS = 12  # fill-ins, or shakes, before the answer is no
+STEPS = 250  # of one descent
+SHIFT = 1e-8  # of the largest diagonal entry, added to a tangent that is only semi-definite
+SHAKE = 1e-3  # of the body's size: out of a state that has no direction, such as a point
+FLAT = 1e-6  # det F below which a cell has none
+SETTLED = 1e-3  # relative change of the energy in a step, CALM times over: a minimum, or nearly
+CALM = 3
+AT_REST, NEARLY = 1e-9, 1e-6  # of the energy of a strain of one: what rest may have, and what is close to it
+OTHER = 1e-6  # relative: by how much the energy of another equilibrium differs
+APART = 1e-3  # of the body's size: how far another state is
+STRAINED = 0.1  # of the largest energy density: cells whose nodes are spread anew
+UNIT = StableNeoHookean(young=2.6, poisson=0.3, density=1.0)  # shear modulus 1 Pa: it only shows the way
+NAMED = 5  # cells that a message names
+NO_CELLS: Ints = np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Tangled:
+    """A body in a disturbed `state`, supports where they hold it.
+
+    `cells` are its cells under any law, None for what has none that know inside from outside (springs, rods);
+    `inverted` gives the numbers of those that are inside out in a state; `seed` decides every random choice. Where
+    pressures are unknowns too, they come after the displacements.
+    """
+
+    state: Floats
+    cells: Elastic | None = None
+    inverted: Callable[[Floats], Ints] = field(default=lambda x: NO_CELLS)
+    count: int = 0  # cells, for words
+    seed: int = 1
+
+
+def inside_out(elastic: Elastic, x: Floats) -> Ints:
+    """Numbers of the cells with det F <= 0 at any integration point."""
+    J = np.linalg.det(elastic.F(x)).reshape(elastic.w.shape)
+    return np.flatnonzero(~(J > 0.0).all(axis=1))
+
+
+def recovered(problem: Statics, tangled: Tangled) -> Equilibrium:
+    """The equilibrium that a disturbed body finds back to. Raises NotConverged, which says what it found instead."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return _Way(problem, tangled).walk()
+
+
+class _Way:
+    """From one disturbed state to equilibrium."""
+
+    def __init__(self, problem: Statics, tangled: Tangled) -> None:
+        self.problem = replace(problem, max_iterations=max(problem.max_iterations, STEPS))
+        self.tangled = tangled
+        self.random = np.random.default_rng([tangled.seed, 1])
+        self.history: list[Iteration] = []
+        self.systems = Systems(problem.linear)
+        self.newton = Newton(self.problem, self.history, self.systems, "recovery")
+        self.stable: bool | None = None
+        self.attempts = self.filled = 0
+        self.soft = None if tangled.cells is None else _soft(problem, tangled.cells)
+        self.moving = problem.space.dofs if self.soft is None else self.soft.dofs  # unknowns without pressures
+        if self.resting:  # no load and no reaction to measure forces by: those of a strain of a thousandth
+            self.newton.towed = 1e-3 * self._unit_force(problem.assembly) / RIGID
+
+    def walk(self) -> Equilibrium:
+        """Descend, look, spread anew what is wrong, and again. Raises NotConverged."""
+        x = self._begin()
+        lawful = self.newton.minimal and self._finite(x)
+        doubt = "no descent ended"
+        for self.attempts in range(ATTEMPTS + 1):
+            if self.attempts:
+                x = self._escape(x)
+            if self.soft is not None and (self.attempts or not lawful):
+                x = self._untangled(self.soft, x)
+            try:
+                x = self._settle(x)
+            except NotConverged as failure:
+                doubt = self._folded(x) or failure.reason
+                continue
+            found = self._doubt(x)
+            if found is None:
+                return self._kept(x)
+            doubt = found
+        reason = f"it does not find back from where it was put, after {self.attempts} fresh attempts: {doubt}"
+        raise NotConverged(reason, tuple(self.history), self.systems.facts | self._facts)
+
+    # ------------------------------------------------------------------ the way down
+
+    def _begin(self) -> Floats:
+        """The given state; where cells are flat, or there are none, shaken a little: it may have no direction."""
+        x, cells = self.tangled.state, self.tangled.cells
+        if cells is None or np.any(np.abs(np.linalg.det(cells.F(x[: self.moving]))) < FLAT):
+            return self._shaken(x, SHAKE)
+        return x
+
+    def _shaken(self, x: Floats, size: float) -> Floats:
+        """x with every free node moved at random, by `size` of the body's extent."""
+        free = self.problem.assembly.free
+        free = free[free < self.moving]
+        weights = np.broadcast_to(self.problem.weights, (self.problem.space.dofs,))
+        d = np.zeros(self.problem.space.dofs)
+        d[free] = size * self.problem.extent * weights[free] * self.random.standard_normal(len(free))
+        return self.problem.space.move(x, d)
+
+    def _finite(self, x: Floats) -> bool:
+        return bool(np.isfinite(self.newton.strain(x)))
+
+    def _untangled(self, soft: Assembly, x: Floats) -> Floats:
+        """The displacements to which the stable neo-Hookean energy leads without loads, and no pressures."""
+        found = np.zeros_like(x)
+        found[: self.moving] = self._downhill(soft, x[: self.moving], 0.0, "untangling")
+        found[self.problem.fixed] = x[self.problem.fixed]
+        return found
+
+    def _downhill(self, assembly: Assembly, x: Floats, load: float, phase: str) -> Floats:
+        """Steps of a definite tangent that decrease the energy, until it hardly changes."""
+        value, calm, unit = assembly.value(x, load), 0, self._unit_force(assembly)
+        for number in range(STEPS):
+            g = assembly.gradient(x, load)
+            d = self._step(assembly, x, load, g)
+            length, before = self._length(assembly, x, load, d, value, float(g @ d)), value
+            if not length:
+                break
+            x = self._move(x, length * d)
+            value = assembly.value(x, load)
+            self._record(phase, load, number, float(np.linalg.norm(g[assembly.free])) / unit, length)
+            settled = before - value <= SETTLED * abs(before) or abs(value) <= NEARLY * unit * self.problem.extent
+            calm = calm + 1 if settled else 0
+            if calm == CALM:
+                break
+        return x
+
+    def _step(self, assembly: Assembly, x: Floats, load: float, g: Floats) -> Floats:
+        """-K+^-1 g, K+ the definite tangent and a little of the identity; -g over the diagonal where that fails."""
+        K, d = assembly.tangent(x, load, projected=True), np.zeros(assembly.dofs)
+        diagonal = K.diagonal()
+        self.systems.solves += 1
+        shift = SHIFT * max(float(np.abs(diagonal).max(initial=0.0)), np.finfo(float).tiny)
+        try:
+            shifted = (K + shift * sparse.identity(K.shape[0], format="csr")).tocsr()
+            d[assembly.free] = -factor(shifted, modes=self.problem.linear.modes).solve(g[assembly.free])
+        except Singular:
+            d[assembly.free] = -g[assembly.free] / np.maximum(diagonal, shift)
+        return d
+
+    def _length(
+        self, assembly: Assembly, x: Floats, load: float, d: Floats, value: float, slope: float
+    ) -> float:  # fmt: skip
+        """The part of d that decreases the energy enough (Armijo 1966), 0 where none does."""
+        length = 1.0 if np.isfinite(slope) and slope < 0.0 else 0.0
+        while length > 1e-10:
+            if assembly.value(self._move(x, length * d), load) <= value + 1e-4 * length * slope:
+                return length
+            length *= 0.5
+        return 0.0
+
+    def _move(self, x: Floats, d: Floats) -> Floats:
+        return self.problem.space.move(x, d) if len(d) == self.problem.space.dofs else x + d
+
+    def _record(self, phase: str, load: float, number: int, residual: float, length: float) -> None:
+        iteration = Iteration(phase, load, number, residual, length)
+        self.history.append(iteration)
+        self.problem.watch(iteration)
+
+    def _unit_force(self, assembly: Assembly) -> float:
+        """About the norm of the nodal forces that a strain of one causes, N: what rounding is a part of."""
+        rest = self.problem.rest if assembly is self.problem.assembly else np.zeros(assembly.dofs)
+        size = sum(e.rounding(rest) for e in assembly.internal) / float(np.finfo(np.float64).eps)
+        return max(float(size), float(np.finfo(np.float64).tiny))
+
+    # ------------------------------------------------------------------ the equilibrium under the loads
+
+    def _settle(self, x: Floats) -> Floats:
+        """The stable equilibrium under the loads to which the law's own energy leads. Raises NotConverged."""
+        if not self._finite(x):
+            raise NotConverged("the law has no energy there", tuple(self.history))
+        self.newton.moved = self.problem.extent * float(np.sqrt(self.problem.space.dofs))
+        if self.newton.minimal:
+            x = self._downhill(self.problem.assembly, x, 1.0, "recovery")
+            x, self.stable = self.newton.stable(self.newton.descend(x, 1.0))
+            return x
+        x = self._loaded(x)
+        self.stable = self.newton.definite(x) or None
+        return x
+
+    def _loaded(self, x: Floats) -> Floats:
+        """Under loads that have no energy: at once, or in steps. Raises NotConverged."""
+        load, step = 0.0, 1.0
+        while load < 1.0:
+            try:
+                x = self.newton.descend(x, min(1.0, load + step))
+                load, step = min(1.0, load + step), 2.0 * step
+            except NotConverged:
+                step *= 0.25
+                if step < 1e-2:
+                    raise
+        return x
+
+    # ------------------------------------------------------------------ what is found
+
+    def _doubt(self, x: Floats) -> str | None:
+        """Why an equilibrium is not the one that is looked for; None where it is."""
+        if folded := self._folded(x):
+            return folded
+        if self.stable is False or not self.problem.sound(x):
+            return "the equilibrium is unstable" if self.stable is False else "it has inverted cells"
+        return self._elsewhere(x)
+
+    def _folded(self, x: Floats) -> str | None:
+        cells = self.tangled.inverted(x)
+        if not len(cells):
+            return None
+        named = ", ".join(str(int(c)) for c in cells[:NAMED]) + (", ..." if len(cells) > NAMED else "")
+        return f"folded, with {len(cells)} of {self.tangled.count} cells inside out (cells {named})"
+
+    def _elsewhere(self, x: Floats) -> str | None:
+        """Whether the energy is another than that of the equilibrium without the disturbance."""
+        if self._judge is None:
+            return None
+        if not self.newton.minimal:
+            return "it is another equilibrium than without the disturbance" if self._apart(x) else None
+        energy, least = self.problem.assembly.value(x, 1.0), self.problem.assembly.value(self._judge, 1.0)
+        room = AT_REST * self._unit_force(self.problem.assembly) * self.problem.extent
+        if abs(energy - least) <= max(room, OTHER * abs(least)):
+            return None
+        than = "more" if energy > least else "less"
+        return f"an equilibrium with {abs(energy - least):.2g} J {than} energy than the one without the disturbance"
+
+    def _apart(self, x: Floats) -> bool:
+        if self._judge is None:
+            return False
+        away = np.abs(x - self._judge)[: None if self.soft is None else self.moving]
+        return bool(away.max(initial=0.0) > APART * self.problem.extent)
+
+    @cached_property
+    def resting(self) -> bool:
+        """Whether rest is an equilibrium: nothing is moved, and nothing pulls."""
+        if np.any(self.problem.target):
+            return False
+        pull = self.problem.assembly.gradient(self.problem.rest, 1.0)[self.problem.assembly.free]
+        return bool(np.linalg.norm(pull) <= 4.0 * self.problem.assembly.rounding(self.problem.rest))
+
+    @cached_property
+    def _judge(self) -> Floats | None:
+        """The equilibrium without the disturbance, to which nothing here looks before it has found its own."""
+        if self.resting:
+            return self.problem.rest
+        try:
+            return equilibrium(self.problem).x
+        except NotConverged:
+            return None
+
+    def _kept(self, x: Floats) -> Equilibrium:
+        problem, newton = self.problem, self.newton
+        facts = self.systems.facts | self._facts
+        facts["recovery"]["elsewhere"] = self._apart(x)
+        found = Equilibrium(x, newton.residual(x, 1.0)[1], tuple(self.history), 1, newton.criterion, self.stable)
+        follower = not problem.assembly.conservative
+        found = replace(found, linear_solver=self.systems.name, facts=facts, follower=follower, started=True)
+        return replace(found, condition=self._condition())
+
+    def _condition(self) -> float | None:
+        """Of the last tangent, where a direct factor knows it."""
+        last, K = self.newton.last, self.newton.matrix
+        if last is None or K is None or last.tolerance:
+            return None
+        try:
+            return condition(K, last)
+        except Singular:
+            return None
+
+    @property
+    def _facts(self) -> dict[str, Any]:
+        """What the report says."""
+        inverted = len(self.tangled.inverted(self.tangled.state))
+        return {
+            "recovery": {
+                "inverted_at_start": inverted,
+                "attempts": self.attempts,
+                "filled": self.filled,
+                "judged": self._judge is not None,
+            }
+        }
+
+    # ------------------------------------------------------------------ out of a bad minimum
+
+    def _escape(self, x: Floats) -> Floats:
+        """Spread the nodes of the worst cells between their neighbours, more of these with every attempt, and shake."""
+        cells = self.tangled.cells
+        if cells is None:
+            return self._shaken(x, 0.02 * self.attempts)
+        u = x[: self.moving]
+        nodes = _around(cells.cells, self._worst(cells, u), self.attempts // 2, len(u) // 3)
+        if nodes is None:
+            return self._shaken(x, 0.02 * self.attempts)
+        self.filled = max(self.filled, len(nodes))
+        free = np.zeros(len(x), dtype=np.bool_)
+        free[self.problem.assembly.free] = True
+        filled = np.concatenate([_filled_in(cells, u, nodes, free[: self.moving]), x[self.moving :]])
+        return self._shaken(filled, SHAKE)
+
+    def _worst(self, cells: Elastic, x: Floats) -> Ints:
+        """Cells that are inside out or strained most."""
+        density = np.max(UNIT.psi(cells.F(x)).reshape(cells.w.shape), axis=1)
+        bad = density > STRAINED * density.max()
+        bad[inside_out(cells, x)] = True
+        return np.flatnonzero(bad)
+
+
+def _soft(problem: Statics, cells: Elastic) -> Assembly:
+    """The stable neo-Hookean energy of the same cells, held as the body is, without loads."""
+    energy, moving = Elastic(cells.cells, cells.dNdX, cells.w, UNIT), 3 * (int(cells.cells.max()) + 1)
+    fixed = problem.fixed[problem.fixed < moving]
+    return Assembly(moving, fixed, [energy], [], problem.assembly.points)
+
+
+def _around(cells: Ints, seeds: Ints, rings: int, nodes: int) -> Ints | None:
+    """Nodes of the cells `seeds` and of `rings` of cells around them; as many rings as half of the nodes hold.
+
+    None where the seeds alone have more.
+    """
+    chosen = np.zeros(nodes, dtype=np.bool_)
+    chosen[cells[seeds]] = True
+    if chosen.sum() > nodes // 2:
+        return None
+    for _ in range(rings):
+        wider = chosen.copy()
+        wider[cells[chosen[cells].any(axis=1)]] = True
+        if wider.sum() > nodes // 2:
+            break
+        chosen = wider
+    return np.flatnonzero(chosen)
+
+
+def _filled_in(cells: Elastic, x: Floats, nodes: Ints, free: Any) -> Floats:
+    """Displacements of `nodes` that are harmonic between those of all others: sum w grad N_a . grad N_b u_b = 0."""
+    local = np.einsum("mq,mqai,mqbi->mab", cells.w, cells.dNdX, cells.dNdX)
+    rows, columns = np.broadcast_arrays(cells.cells[:, :, None], cells.cells[:, None, :])
+    L = sparse.csr_matrix((local.ravel(), (rows.ravel(), columns.ravel())), shape=(len(x) // 3,) * 2)
+    u = x.reshape(-1, 3).copy()
+    for c in range(3):
+        inner = nodes[free.reshape(-1, 3)[nodes, c]]
+        outer = np.setdiff1d(np.arange(len(u)), inner)
+        if len(inner):
+            u[inner, c] = factor(L[inner][:, inner].tocsr()).solve(-(L[inner][:, outer] @ u[outer, c]))
+    return u.ravel()

@@ -1,0 +1,42 @@
+"""How a body that only touch holds leaves an unstable equilibrium: as a whole, or by its own deformation.
+
+One that stands on a point is balanced, not held: beside that equilibrium everything has less energy, and loads that
+grow lead nowhere. A column that buckles between two plates leaves its equilibrium too, and comes to another.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softmark.solvers.energies.energy import Floats
+from softmark.solvers.sparse.rigid_body_modes import rigid_motions
+from softmark.solvers.statics.static_newton import Newton
+
+WHOLE = 0.9  # of the squares of a motion are those of a body as a whole: it deforms little
+LEAST = 0.1  # of the greatest part of such a motion: the middle goes along
+
+
+def slipping(newton: Newton, x: Floats) -> str | None:
+    """How a body leaves an unstable equilibrium x (dofs,) as a whole, in words; None where it deforms instead.
+
+    That is the motion that the equilibrium resists least of all. Raises NotConverged where none leads to less energy.
+    """
+    points, free = newton.assembly.points, newton.assembly.free
+    if points is None:
+        return None
+    d = newton.downhill(x)[free]
+    R = rigid_motions(points + x.reshape(-1, 3), free)
+    by = np.asarray(np.linalg.lstsq(R, d, rcond=None)[0], dtype=np.float64)
+    if float(np.sum((R @ by) ** 2)) < WHOLE * float(d @ d):
+        return None
+    carried, turned = by[:3], by[3:]
+    if np.linalg.norm(carried) < LEAST * np.linalg.norm(turned):
+        return f"it turns away about {_way(turned)}"
+    return f"it slips away along {_way(carried)}"
+
+
+def _way(motion: Floats) -> str:
+    """A direction, of two that are as good the one whose first component that is not small is positive."""
+    v: Floats = motion / np.abs(motion).max()
+    v = v * np.sign(v[np.flatnonzero(np.abs(v) > LEAST)[0]]) / np.linalg.norm(v)
+    return f"({', '.join(f'{c:.2g}' for c in np.round(v, 2) + 0.0)})"

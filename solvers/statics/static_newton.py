@@ -1,0 +1,454 @@
+"""Newton's method for static equilibrium: whole steps, steps that decrease the energy, and when to stop."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.assembly.assembly import Assembly
+from softmark.solvers.energies.energy import Floats, Space
+from softmark.solvers.linear.factorisations import Factor, Singular, Waiting
+from softmark.solvers.linear.linear_solver import TIGHTEST, Systems
+from softmark.solvers.statics.rigid_motion_predictor import approach
+from softmark.solvers.statics.static_problem import Criterion, Iteration, NotConverged, Statics
+
+MEMORY = 10  # energies back that a step must stay below: bends are long curved valleys
+RIGID = 1e-6  # least scale of a residual, of the force if the body stayed behind while its supports move
+VALLEY = 200  # steps aside at least: a square column buckles into any direction, and some cost a little less
+TINY = 1e-4  # of the motion so far: what a Newton step must stay below where rounding limits the residual
+
+BLIND = ("conjugate_gradients", "multigrid")  # linear solvers that know nothing of pivots
+
+Merit = Callable[[Floats, float], float]
+
+
+class Newton:
+    """Newton iterations over one assembly; keeps the last factorisation and writes the history."""
+
+    def __init__(self, problem: Statics, history: list[Iteration], systems: Systems, phase: str = "free") -> None:
+        self.problem = problem
+        self.assembly = problem.assembly
+        self.history = history
+        self.systems = systems
+        self.phase = phase
+        self.last: Factor | None = None
+        self.matrix: Any = None  # of the last factorisation
+        self.left: Floats | None = None  # the unstable equilibrium that `stable` went aside from
+        self.criterion: Criterion = "residual"
+        self.eps = float(np.finfo(problem.rest.dtype).eps)
+        self.moved = problem.travelled  # length of all steps so far
+        self.towed = 0.0  # force that the motion of the supports causes while the body stays behind
+        self._close = self._tiny = False  # what the last step was
+        self._before = np.inf
+        self._strain: tuple[Floats, float] | None = None  # the last state whose strain energy was asked for
+        self.reached: Floats | None = None  # where the last way down was when it was left
+        self._tried: tuple[Floats, Floats, float, Floats] | None = None  # the last move, and where it led
+        self._valued: tuple[Floats, float, float] | None = None  # the last state, load and energy
+        self._promised: Assembly | None = None  # with the pressures that the last step promised
+        self._goal = self._last_goal = TIGHTEST  # of the linear system, relative
+        self._last_residual = np.inf
+
+    def residual(self, x: Floats, load: float) -> tuple[Floats, float]:
+        """Gradient (dofs,) and the norm of its free part, relative to the larger of load and reactions."""
+        g = self.assembly.gradient(x, load)
+        external = np.zeros_like(g)
+        for energy, scale in self.assembly.loaded(load):
+            energy.add_gradient(x, external, scale)
+        weighted = g * self.problem.weights
+        forces = (external * self.problem.weights, weighted[self.problem.fixed], weighted[self.assembly.free])
+        load_size, reactions, size = (float(np.linalg.norm(f)) for f in forces)
+        scale = max(load_size, reactions, RIGID * self.towed)
+        return g, size / scale if scale > 0 else size
+
+    def impose(self, x: Floats, fraction: float, load: float = 1.0) -> Floats:
+        """Move the supports by the last fraction of their way to a load, and the body as its tangent says."""
+        if not self.problem.moves:
+            return x
+        d = self._following(x, self.problem.imposed(load - fraction, load), load, True)
+        return self._moved(x, self._clear(x, d, load - fraction, load), 1.0)
+
+    def carry(self, x: Floats, fraction: float, load: float) -> Floats:
+        """The same from an equilibrium at a load and on, by its own tangent and with the pressures that it promises.
+
+        Raises NotConverged where that leaves the domain of the law.
+        """
+        if not (self.problem.moves or self.problem.touches):
+            self._promised = None
+            return x
+        return self.follow(x, self.problem.imposed(load, load + fraction), load, load + fraction)
+
+    def follow(self, x: Floats, moved: Floats, load: float, to: float | None = None) -> Floats:
+        """The same of supports that move by increments (c,), whatever imposes them. Raises NotConverged.
+
+        With the load that they go `to` rigid bodies move as well, and what touches them goes along.
+        """
+        self._promised = None
+        d = self._following(x, moved, load, False, to)
+        y = self._moved(x, self._clear(x, d, load, load if to is None else to), 1.0)
+        if not np.isfinite(self.strain(y)):
+            raise NotConverged("the supports' motion leaves the domain of the law", tuple(self.history))
+        if self.cellular:
+            self._promised = self.mixing.promised(self.assembly, x, d)
+        return y
+
+    def _clear(self, x: Floats, d: Floats, load: float, to: float) -> Floats:
+        """A motion d, or what of it leads to where nothing meets, as rigid bodies go on from one load to another.
+
+        Raises NotConverged where supports move so far, and where points would be on the other side of a rigid body
+        whatever they do.
+        """
+        part = self._ahead(x, d, load, to)
+        if part == 0.0 or (part < 1.0 and np.any(d[self.problem.fixed])):
+            raise NotConverged("the supports' motion would push surfaces through each other", tuple(self.history))
+        return d if part == 1.0 else part * d
+
+    def _front(self, x: Floats, d: Floats, load: float) -> float:
+        """The part of a motion d, at most 1, before surfaces meet, and through no rigid body.
+
+        All of it where no small part does: what lies that near to a sharp edge is on either side of it at once.
+        """
+        return self._ahead(x, d, load, load) or self.assembly.limit(x, d)
+
+    def _ahead(self, x: Floats, d: Floats, load: float, to: float) -> float:
+        """The same as rigid bodies go from one load to another; 0 where no part of it will do."""
+        part = self.assembly.limit(x, d)
+        if not self.problem.beside:
+            return part
+        from softmark.solvers.contact.continuous_collision import in_front
+
+        return part * in_front(self._driven(load), x, part * d, None if to == load else self._driven(to))
+
+    def _driven(self, load: float) -> list[Any]:
+        """Contacts with rigid bodies where these are at a load."""
+        known: list[Any] = list(self.assembly.loads)
+        return [energy.at(load) for energy in known if energy.driven]
+
+    def _following(self, x: Floats, moved: Floats, load: float, projected: bool, to: float | None = None) -> Floats:
+        """How the body follows what supports move by (c,), and rigid bodies to a load: (dofs,)."""
+        problem, d = self.problem, np.zeros(self.space.dofs)
+        d[problem.fixed] = moved
+        eps = 1e-6 / max(1.0, float(np.abs(d).max()) * 1e3)
+        exact, here = problem.exact or self.assembly, np.asarray(x, dtype=np.float64)
+        g = exact.gradient(here, load)
+        coupling = (exact.gradient(self.space.move(here, eps * d), load) - g) / eps
+        self.towed = max(self.towed, float(np.linalg.norm(coupling)))
+        self._goal = TIGHTEST
+        if to is not None and self.problem.touches:
+            coupling += approach(self.assembly, here, load, to)
+        b = coupling[self.assembly.free].astype(x.dtype, copy=False)
+        d[self.assembly.free] = -self._factor(x, load, projected).solve(b)
+        return d.astype(x.dtype, copy=False)
+
+    @property
+    def space(self) -> Space:
+        """Where the state lives."""
+        return self.problem.space
+
+    def whole_steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> Floats:
+        """Whole Newton steps, shortened only to stay in the domain of the law; given up where to less than `least`."""
+        x, done, residual = self.steps(x, most, load, least)
+        if done:
+            return x
+        raise NotConverged(f"whole Newton steps stopped at a residual of {residual:.1e}", tuple(self.history))
+
+    def steps(self, x: Floats, most: int, load: float = 1.0, least: float = 0.0) -> tuple[Floats, bool, float]:
+        """At most so many whole steps: the state, whether it is an equilibrium, and the residual."""
+        self._close = self._tiny = False
+        self._last_residual = np.inf
+        for number in range(most + 1):
+            g, residual = self.residual(x, load)
+            done = self._done(x, g, residual)
+            if done or number == most or not np.isfinite(residual):
+                break
+            self._aim(residual)
+            d = self._direction(x, g, self._factor(x, load, projected=False))
+            self._judge(x, g, d)
+            x, length = self._inside(x, d, load)
+            self._record(load, number, residual, length)
+            if length < least:
+                break
+        return x, done, residual
+
+    @property
+    def minimal(self) -> bool:
+        """Whether stable states are those of least energy: not with follower loads, nor with pressures as unknowns."""
+        return self.assembly.conservative and not self.assembly.saddle
+
+    @property
+    def cellular(self) -> bool:
+        """Whether there are energies over cells, which may have pressures; rods load no kernels for that."""
+        return any(e.cellular for e in self.assembly.internal)
+
+    @property
+    def mixing(self) -> Any:
+        """What knows of pressures."""
+        from softmark.solvers.assembly import pressure_predictor
+
+        return pressure_predictor
+
+    def trust(self, x: Floats) -> None:
+        """Take the next step's pressures from the corotational twin, whose equilibrium x is: the law's are far off."""
+        if self.cellular:
+            self._promised = self.mixing.promised(self.assembly, x, None)
+
+    def relax(self) -> None:
+        """Take no pressure in the next step: those of an interpolated state mean nothing."""
+        if self.cellular:
+            self._promised = self.mixing.slack(self.assembly)
+
+    def _aim(self, residual: float) -> None:
+        """How well the next linear system is worth solving."""
+        if self.systems.choice.iterative:
+            goal = self.systems.goal(residual, self._last_residual, self._last_goal, self.problem.tolerance)
+            self._goal = self._last_goal = goal
+            self._last_residual = residual
+
+    def _inside(self, x: Floats, d: Floats, load: float) -> tuple[Floats, float]:
+        length = self._front(x, d, load)
+        while length > 1e-3:
+            y = self._part(x, d, length)
+            if np.isfinite(self.strain(y)):
+                if self.cellular:
+                    self._promised = self.mixing.promised(self.assembly, x, length * d)
+                self.moved = self._farther(d, length)
+                return y, length
+            length *= 0.5
+        raise NotConverged("no step stays in the domain of the law", tuple(self.history))
+
+    def strain(self, x: Floats) -> float:
+        """Strain energy, J; of the last state known already."""
+        if self._strain is None or self._strain[0] is not x:
+            self._strain = x, sum(e.value(x) for e in self.assembly.internal)
+        return self._strain[1]
+
+    def descend(self, x: Floats, load: float, patience: int = 0) -> Floats:
+        """Newton steps that decrease the energy (or, for follower loads, the residual) within MEMORY.
+
+        At most the problem's iterations, or `patience` where that is more.
+        """
+        if self.problem.rubs:
+            from softmark.solvers.statics.friction_iteration import rubbed
+
+            return rubbed(self, x, load)
+        merit = self._energy if self.minimal else self._imbalance
+        value = merit(x, load)
+        if not np.isfinite(value):
+            raise NotConverged("the supports' motion turns cells inside out", tuple(self.history))
+        self._close = self._tiny = False
+        self._promised, self._last_residual = None, np.inf
+        recent, most = deque([value], 1 if self.problem.touches else MEMORY), max(self.problem.max_iterations, patience)
+        for number in range(most + 1):
+            g, residual = self.residual(x, load)
+            if self._done(x, g, residual):
+                return x
+            if number == most or not np.isfinite(residual):
+                break
+            self._aim(residual)
+            self.reached = x
+            x, value, length = self._decrease(x, load, g, max(recent), merit)
+            recent.append(value)
+            self._record(load, number, residual, length)
+            if self.phase == "aside" and (lost := self._lost(x, load)):
+                raise NotConverged(lost, tuple(self.history))
+        reason = f"no equilibrium within {number} iterations at {100 * load:.4g} % of the load"
+        raise NotConverged(f"{reason}, residual {residual:.1e}", tuple(self.history))
+
+    def _lost(self, x: Floats, load: float) -> str | None:
+        """Why the last step beside an unstable equilibrium lost turns of the supports; None where it did not."""
+        problem = self.problem
+        if problem.way is not None and self.reached is not None and problem.jumped(self.reached, x):
+            return "neighbouring nodes have turned past each other"
+        return problem.lost(x, load)
+
+    def _done(self, x: Floats, g: Floats, residual: float) -> bool:
+        """The tolerance is met, or rounding is all that is left (see Statics)."""
+        self.criterion = "residual"
+        if residual <= self.problem.tolerance:
+            return True
+        size, before = float(np.linalg.norm(g[self.assembly.free])), self._before
+        self._before = size
+        self.criterion = "energy" if self._close else "rounding"
+        if not ((self._close or self._tiny) and 0.3 * before < size):
+            return False
+        floor = 4.0 * self.assembly.rounding(x)
+        return size <= 4.0 * max(before, floor) and (self._close or size <= floor)
+
+    def _judge(self, x: Floats, g: Floats, d: Floats, projected: bool = False) -> None:
+        """Whether the error in the energy norm, sqrt(-g . d), is small, and whether the Newton step d is."""
+        close = not self.assembly.saddle and bool(0.0 <= -(g @ d) <= 2.0 * self.strain(x) * self.problem.tolerance**2)
+        tiny = bool(np.linalg.norm(d / self.problem.weights) <= TINY * self.moved)
+        definite = (close or tiny) and not projected and not self._indefinite()
+        self._close, self._tiny = close and definite, tiny and definite
+
+    def _indefinite(self) -> bool:
+        """Whether the last tangent has negative eigenvalues; that of follower loads is not asked."""
+        last = self.last
+        return self.assembly.conservative and (isinstance(last, Waiting) or bool(last and last.negative_pivots))
+
+    def _moved(self, x: Floats, d: Floats, length: float) -> Floats:
+        self.moved = self._farther(d, length)
+        return self._part(x, d, length)
+
+    def _farther(self, d: Floats, length: float) -> float:
+        return float(np.hypot(self.moved, length * np.linalg.norm(d / self.problem.weights)))
+
+    def _part(self, x: Floats, d: Floats, length: float) -> Floats:
+        """The state at a part of the way d; what was tried last is not moved to again."""
+        tried = self._tried
+        if tried is None or tried[0] is not x or tried[1] is not d or tried[2] != length:
+            self._tried = tried = x, d, length, self.space.move(x, d if length == 1.0 else length * d)
+        return tried[3]
+
+    def _energy(self, x: Floats, load: float) -> float:
+        if self._valued is None or self._valued[0] is not x or self._valued[1] != load:
+            loads = (scale * e.value(x) for e, scale in self.assembly.loaded(load) if scale != 0.0)
+            self._valued = x, load, self.strain(x) + sum(loads)
+        return self._valued[2]
+
+    def _imbalance(self, x: Floats, load: float) -> float:
+        if not np.isfinite(self.strain(x)):
+            return np.inf
+        return 0.5 * float(np.linalg.norm(self.assembly.gradient(x, load)[self.assembly.free]) ** 2)
+
+    def _decrease(self, x: Floats, load: float, g: Floats, value: float, merit: Merit) -> tuple[Floats, float, float]:
+        """Backtrack along the Newton direction, or that of the definite tangent where the first fails."""
+        for projected in (False, True):
+            factor = self._factor(x, load, projected)
+            if not projected and self._indefinite():  # it leads to a saddle
+                self._close = self._tiny = False
+                continue
+            d = self._direction(x, g, factor)
+            self._judge(x, g, d, projected)
+            if not projected and self._indefinite():  # conjugate gradients find that while they solve
+                continue
+            if self._close or self._tiny:  # differences of energy are noise now
+                y = self._moved(x, d, 1.0)
+                return y, merit(y, load), 1.0
+            slope = float(g @ d) if self.minimal else -2.0 * merit(x, load)
+            length = self._armijo(x, load, d, value, slope, merit)
+            if projected and length == 1.0:
+                length = self._lengthen(x, load, d, merit)
+            if length:
+                y = self._moved(x, d, length)
+                return y, merit(y, load), length
+        raise NotConverged("no step decreases the energy", tuple(self.history))
+
+    def _armijo(self, x: Floats, load: float, d: Floats, value: float, slope: float, merit: Merit) -> float:
+        """The fraction of d that decreases the merit enough (Armijo 1966), 0 where none does."""
+        length = self._front(x, d, load) if np.isfinite(slope) and slope < 0 else 0.0
+        while length > 1e-5:
+            enough = value + 1e-4 * length * slope + 50.0 * self.eps * abs(value)
+            if merit(self._part(x, d, length), load) <= enough:
+                return length
+            length *= 0.5
+        return 0.0
+
+    def _lengthen(self, x: Floats, load: float, d: Floats, merit: Merit) -> float:
+        """How far along d the merit decreases, by doubling: a definite tangent leaves a saddle too slowly."""
+        length, value = 1.0, merit(self._part(x, d, 1.0), load)
+        while length < 1e3 and (there := merit(self.space.move(x, 2.0 * length * d), load)) < value:
+            if self._front(x, 2.0 * length * d, load) < 1.0:
+                break
+            length, value = 2.0 * length, there
+        return length
+
+    def definite(self, x: Floats) -> bool | None:
+        """Whether the tangent in x has no negative eigenvalue; None where that is not known.
+
+        Where the last step was tiny, the tangent before it answers. Under follower loads its symmetric part is asked,
+        whatever factor the steps had, and the answer is True or None: v . K v > 0 for all v excludes that any neighbour
+        state is in equilibrium or drifts away (Hill 1958), but not flutter, which needs inertia; and a tangent whose
+        symmetric part is not definite may be stable all the same.
+        """
+        choice, conservative, last = self.systems.choice, self.assembly.conservative, self.last
+        rough = choice.reuse or choice.precision == "single"
+        blind = conservative and last is not None and last.negative_pivots is None and not rough
+        if choice.method in BLIND or blind:
+            return None
+        if self._tiny and conservative and last is not None and last.negative_pivots == 0:
+            return True
+        exact = self.problem.exact
+        K = self.assembly.tangent(x, 1.0) if exact is None else exact.tangent(x.astype(np.float64), 1.0)
+        K = K if conservative else (0.5 * (K + K.T)).tocsr()
+        try:
+            found = self.systems.direct(K)
+        except Singular:
+            return False if conservative else None
+        if conservative or rough:  # else the tangent itself is what condition and rounding are told of
+            self.last, self.matrix = found, K
+        if found.negative_pivots is None or not conservative:
+            return found.negative_pivots == 0 or None
+        return found.negative_pivots == 0
+
+    def stable(self, x: Floats) -> tuple[Floats, bool | None]:
+        """x, or a stable equilibrium of less energy; None where the linear solver cannot tell. Raises NotConverged."""
+        for _ in range(5):
+            definite = self.definite(x)
+            if definite is not False:
+                return x, definite
+            if self.assembly.saddle:  # its energy leads no way down
+                raise NotConverged("the equilibrium that was found is unstable", tuple(self.history))
+            if self.left is None:
+                self.left = x
+            self.phase = "aside"
+            try:
+                x = self.descend(self._aside(x), 1.0, VALLEY)
+            except NotConverged as failure:
+                failure.unstable = self.left
+                raise
+        raise NotConverged("every equilibrium found is unstable", tuple(self.history), unstable=self.left)
+
+    def _aside(self, x: Floats) -> Floats:
+        """A state of less energy along the most unstable direction. Raises NotConverged where there is none."""
+        d = self.downhill(x)
+        d *= 0.1 * self.problem.extent / np.abs(d / self.problem.weights).max()
+        value = self._energy(x, 1.0)
+        for length in 0.5 ** np.arange(20):
+            y = self.space.move(x, length * d)
+            if self._energy(y, 1.0) < value - 1e-10 * abs(value) and self._front(x, length * d, 1.0) == 1.0:
+                return y
+        raise NotConverged("it is unstable, and no state beside it has less energy", tuple(self.history))
+
+    def downhill(self, x: Floats) -> Floats:
+        """The direction (dofs,) that an unstable equilibrium resists least. Raises NotConverged.
+
+        Power iteration on I - K+^-1 K, K+ the definite tangent: only negative eigenvalues of K grow in it.
+        """
+        free = self.assembly.free
+        self._goal = TIGHTEST
+        K, definite = self.assembly.tangent(x, 1.0), self._factor(x, 1.0, projected=True)
+        d = np.zeros(self.space.dofs, dtype=x.dtype)
+        d[free] = np.random.default_rng(0).standard_normal(len(free))
+        for _ in range(50):
+            d[free] -= definite.solve(K @ d[free])
+            d[free] /= np.linalg.norm(d[free])
+        return d
+
+    def _direction(self, x: Floats, g: Floats, factor: Factor) -> Floats:
+        d = np.zeros(self.space.dofs, dtype=x.dtype)
+        try:
+            d[self.assembly.free] = -factor.solve(g[self.assembly.free])
+        except Singular as error:
+            raise self._failed(str(error)) from error
+        return d
+
+    def _factor(self, x: Floats, load: float, projected: bool) -> Factor:
+        assembly = self._promised if self._promised is not None and not projected else self.assembly
+        K = assembly.tangent(x, load, projected)
+        try:
+            self.last = self.systems.factor(K, projected or self.assembly.conservative, self._goal)
+            self.matrix = K
+        except Singular as error:
+            raise self._failed(f"the tangent is singular ({error})") from error
+        return self.last
+
+    def _failed(self, reason: str) -> NotConverged:
+        return NotConverged(reason, tuple(self.history), self.systems.facts)
+
+    def _record(self, load: float, number: int, residual: float, length: float) -> None:
+        iteration = Iteration(self.phase, load, number, residual, length)
+        self.history.append(iteration)
+        self.problem.watch(iteration)

@@ -1,0 +1,249 @@
+"""Values at sampling points within cells recovered to nodes, by polynomials over patches of cells.
+
+Around every corner of the mesh a polynomial of the element's order is fitted, by weighed least squares, to what is
+known at the sampling points of the cells around it; values at nodes between corners are means of those of the corners.
+On the surface, where the cells around a corner lie on one side of it, those around their corners belong to it too.
+Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery and a posteriori error estimates", part 1,
+International Journal for Numerical Methods in Engineering 33:1331.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from softmark.solvers.elements.element import Element
+from softmark.solvers.mesh.element_interpolation import Rule, locate
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
+from softmark.solvers.stress_recovery.sampling_point_stress import superconvergent
+
+PAIRS = 20_000  # of a corner and a cell whose products are held at once
+ENOUGH = 3.5  # sampling points for each coefficient that leave the patch of a corner on the surface as it is
+NEAR = 2.0  # cells count by exp(-NEAR r^2), r their distance as a part of the patch: the nearest most
+SPECK = 1e-16  # of the trace: no matrix is singular to the last digit
+FLAT = (
+    1e-8  # of the largest eigenvalue of a patch's normal equations: with less, its points lie in a plane, or a surface
+)
+
+Sample = Callable[[Rule], tuple[Floats, Floats]]  # points (m, q, 3) and values there (m, q, k)
+
+
+class Recovered:
+    """Values at nodes from those at sampling points: of the nodes that are asked for, each once.
+
+    `sample` gives points and values of a rule; the element's own rule is taken where its superconvergent points do not
+    determine a polynomial, as in a body that is one linear hexahedron thick. In a `plane` nothing varies along z: there
+    polynomials are of x and y, however thick it is.
+    """
+
+    def __init__(self, mesh: Mesh, sample: Sample, plane: bool = False) -> None:
+        self.mesh, self._sample, self._plane = mesh, sample, plane
+        self._exponents = _exponents(mesh.element)
+        if plane:
+            self._exponents = self._exponents[self._exponents[:, 2] == 0]
+        self._fits: dict[
+            int, tuple[Floats, Floats, float]
+        ] = {}  # by corner: coefficients (c, k), middle (3,) and scale, m
+        self._left: dict[int, Floats] = {}  # by corner: mean square of what the fit leaves (k,)
+        self._nodal: dict[int, Floats] = {}
+
+    def at(self, X: Floats) -> Floats:
+        """Values (n, k) at points X (n, 3) of the undeformed body, with the shape functions of the element."""
+        where = locate(self.mesh, X)
+        return self._interpolated(where.nodes, where.N, self.at_nodes)
+
+    def left(self, X: Floats) -> Floats:
+        """By how much, in the mean square, cells around X (n, 3) differ from what is recovered (n, k)."""
+        where, corners = locate(self.mesh, X), self.mesh.element.corners
+        nodes, N = where.nodes[:, :corners], np.clip(where.N[:, :corners], 0.0, None)
+        total = N.sum(axis=1, keepdims=True)
+        N = np.where(total > 0.0, N / np.where(total > 0.0, total, 1.0), 1.0 / corners)
+        return np.sqrt(self._interpolated(nodes, N, self._left_at))
+
+    def _interpolated(self, nodes: Ints, N: Floats, of: Callable[[Ints], Floats]) -> Floats:
+        used, place = np.unique(nodes, return_inverse=True)
+        values: Floats = np.einsum("na,nak->nk", N, of(used)[place.reshape(nodes.shape)])
+        return values
+
+    def _left_at(self, corners: Ints) -> Floats:
+        self._fit(corners)
+        return np.array([self._left[c] for c in corners.tolist()])
+
+    def at_nodes(self, nodes: Ints) -> Floats:
+        """Values at nodes (n, k)."""
+        new = [n for n in nodes.tolist() if n not in self._nodal]
+        if new:
+            self._recover(np.array(new))
+        return np.array([self._nodal[n] for n in nodes.tolist()])
+
+    def everywhere(self) -> Floats:
+        """Values at all nodes (nodes, k)."""
+        return self.at_nodes(np.arange(len(self.mesh.points)))
+
+    # ------------------------------------------------------------------ nodes from corners
+
+    def _recover(self, nodes: Ints) -> None:
+        parents = {n: self._parents[n] for n in nodes.tolist() if n in self._parents}
+        if parents:
+            self._fit(np.unique(np.concatenate([*parents.values()])))
+        for n, corners in parents.items():
+            self._nodal[n] = np.mean([self._valued(c, self.mesh.points[n]) for c in corners.tolist()], axis=0)
+        if len(parents) < len(nodes):  # a file may have nodes of no cell
+            nothing = np.full(self._points[1].shape[2], np.nan)
+            self._nodal |= {n: nothing for n in nodes.tolist() if n not in parents}
+
+    def _valued(self, corner: int, X: Floats) -> Floats:
+        """The polynomial of a corner at a point (k,)."""
+        fit, middle, scale = self._fits[corner]
+        basis = np.prod(((self._seen(X) - middle) / scale) ** self._exponents, axis=1)
+        value: Floats = basis @ fit
+        return value
+
+    @cached_property
+    def _parents(self) -> dict[int, Ints]:
+        """Of every node the corners whose polynomials it takes: of a corner itself."""
+        mesh, element = self.mesh, self.mesh.element
+        found = {int(c): np.array([c]) for c in np.unique(mesh.cells[:, : element.corners])}
+        for k, ends in enumerate(element.between):
+            numbers, first = np.unique(mesh.cells[:, element.corners + k], return_index=True)
+            rows = mesh.cells[first][:, list(ends)]
+            found |= dict(zip(numbers.tolist(), rows, strict=True))
+        return found
+
+    # ------------------------------------------------------------------ fits
+
+    def _fit(self, corners: Ints) -> None:
+        new = np.array([c for c in corners.tolist() if c not in self._fits], dtype=np.int64)
+        if not len(new):
+            return
+        flat = self._fitted(new, self._points)
+        if len(flat):
+            self._fitted(flat, self._all_points)
+
+    @cached_property
+    def _points(self) -> tuple[Floats, Floats]:
+        X, values = self._sample(superconvergent(self.mesh.element))
+        return self._seen(X), values
+
+    @cached_property
+    def _all_points(self) -> tuple[Floats, Floats]:
+        X, values = self._sample(self.mesh.element.quadrature())
+        return self._seen(X), values
+
+    def _seen(self, X: Floats) -> Floats:
+        """Where points (..., 3) are for polynomials: in a plane, all at z = 0."""
+        return X * np.array([1.0, 1.0, 0.0]) if self._plane else X
+
+    def _fitted(self, corners: Ints, known: tuple[Floats, Floats]) -> Ints:
+        """Fits of corners; those whose points determine no polynomial, which get the shortest that fits."""
+        starts, cells = self._patches(corners)
+        flat = [np.zeros(0, dtype=np.int64)]
+        first = 0
+        while first < len(corners):
+            last = max(first + 1, int(np.searchsorted(starts, starts[first] + PAIRS, side="right")) - 1)
+            some = slice(first, min(last, len(corners)))
+            bounds = starts[some.start : some.stop + 1]
+            flat.append(self._batch(corners[some], cells[bounds[0] : bounds[-1]], bounds - bounds[0], known))
+            first = some.stop
+        return np.concatenate(flat)
+
+    def _batch(self, corners: Ints, cells: Ints, bounds: Ints, known: tuple[Floats, Floats]) -> Ints:
+        X, values = known[0][cells], known[1][cells]  # (p, q, 3), (p, q, k)
+        owner = np.repeat(np.arange(len(corners)), np.diff(bounds))
+        middle = np.add.reduceat(X.mean(axis=1), bounds[:-1]) / np.diff(bounds)[:, None]
+        away = X - self._seen(self.mesh.points[corners])[owner][:, None]
+        scale = np.sqrt(np.maximum.reduceat((away**2).sum(axis=2).max(axis=1), bounds[:-1]))
+        near = np.exp(-NEAR * ((away / scale[owner, None, None]) ** 2).sum(axis=2))
+        away = X - middle[owner][:, None]  # monomials about the middle are least alike
+        basis = np.prod((away / scale[owner, None, None])[:, :, None] ** self._exponents, axis=3)  # (p, q, c)
+        turned = (basis * near[:, :, None]).swapaxes(1, 2)
+        M = np.add.reduceat(turned @ basis, bounds[:-1], axis=0)
+        b = np.add.reduceat(turned @ values, bounds[:-1], axis=0)
+        inverse, flat = _inverted(M)
+        fits = inverse @ b  # (n, c, k)
+        apart = ((basis @ fits[owner] - values) ** 2).sum(axis=1)
+        left = np.add.reduceat(apart, bounds[:-1], axis=0) / (np.diff(bounds) * X.shape[1])[:, None]
+        for i, c in enumerate(corners.tolist()):
+            self._fits[c], self._left[c] = (fits[i], middle[i], float(scale[i])), left[i]
+        undetermined: Ints = corners[flat]
+        return undetermined
+
+    # ------------------------------------------------------------------ patches
+
+    def _few(self, cells: Ints) -> Any:
+        """Whether patches of so many cells are widened on the surface (n,).
+
+        Around a corner there, points of linear cells and of hexahedra lie in too few layers for the polynomial.
+        """
+        if self.mesh.element.family != "tetrahedra" or self.mesh.element.order == 1:
+            return np.ones(len(cells), dtype=np.bool_)
+        return cells * self._points[0].shape[1] < ENOUGH * len(self._exponents)
+
+    def _patches(self, corners: Ints) -> tuple[Ints, Ints]:
+        """Cells of the patch of each corner, one after the other, and where each begins (n + 1,)."""
+        around = self._around
+        patches = around[corners].astype(np.int64)
+        outer = np.flatnonzero(self._outer[corners] & self._few(np.diff(patches.indptr)))
+        if len(outer):
+            wide = (patches[outer] @ around.T) @ around
+            picked = np.ones(len(corners))
+            picked[outer] = 0.0
+            patches = self._diagonal(picked) @ patches + self._placed(outer, len(corners)) @ wide
+            patches.eliminate_zeros()
+        patches.sort_indices()
+        return patches.indptr.astype(np.int64), patches.indices.astype(np.int64)
+
+    @staticmethod
+    def _diagonal(values: Floats) -> Any:
+        from scipy import sparse
+
+        return sparse.diags_array(values, format="csr")
+
+    @staticmethod
+    def _placed(rows: Ints, count: int) -> Any:
+        """The matrix (count, len(rows)) that puts its rows back to where they were."""
+        from scipy import sparse
+
+        return sparse.csr_array((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(count, len(rows)))
+
+    @cached_property
+    def _around(self) -> Any:
+        """Which cells have which corner: a sparse matrix (nodes, cells) of ones."""
+        from scipy import sparse
+
+        corners = self.mesh.cells[:, : self.mesh.element.corners]
+        cells = np.repeat(np.arange(len(corners)), corners.shape[1])
+        shape = (len(self.mesh.points), len(corners))
+        return sparse.csr_array((np.ones(corners.size), (corners.ravel(), cells)), shape=shape)
+
+    @cached_property
+    def _outer(self) -> Any:
+        """Which nodes lie on the boundary (nodes,): in a plane, on its edge."""
+        outer, facets = np.zeros(len(self.mesh.points), dtype=np.bool_), self.mesh.facets
+        if self._plane:
+            z = self.mesh.points[:, 2][facets]
+            facets = facets[np.ptp(z, axis=1) > 1e-6 * np.ptp(z)]
+        outer[facets] = True
+        return outer
+
+
+def _inverted(M: Floats) -> tuple[Floats, Any]:
+    """The inverse of positive semi-definite matrices (n, c, c), and which are singular, whose pseudo-inverse it is."""
+    size = M.shape[1]
+    trace = np.trace(M, axis1=1, axis2=2)
+    inverse: Floats = np.linalg.inv(M + (SPECK * trace)[:, None, None] * np.eye(size))
+    condition = np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
+    flat = ~(condition < 1.0 / FLAT)
+    if flat.any():  # eigenvalues take a hundred times as long
+        inverse[flat] = np.linalg.pinv(M[flat], rcond=FLAT, hermitian=True)
+    return inverse, flat
+
+
+def _exponents(element: type[Element]) -> Ints:
+    """Of the monomials that are fitted (c, 3): up to the element's order, in quadratic hexahedra along each axis."""
+    each = element.family == "hexahedra" and element.order > 1
+    powers = [p for p in np.ndindex(*[element.order + 1] * 3) if each or sum(p) <= element.order]
+    return np.array(sorted(powers, key=sum))

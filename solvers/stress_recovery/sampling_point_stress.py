@@ -1,0 +1,167 @@
+"""Cauchy stress and displacement gradients at points within cells, by the law that the cells were solved with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.elements.element import Element
+from softmark.solvers.energies import displacement_gradient_scaling
+from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
+from softmark.solvers.materials.volumetric_constraints import Mixed
+from softmark.solvers.mesh.element_interpolation import Rule, centre_rule, integration
+from softmark.solvers.mesh.mesh import Floats, Mesh
+from softmark.solvers.mesh.pressure_interpolation import pressures
+
+AXIS = 1e-9  # of the extent: what is as near to the axis lies on it
+SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))  # xx, yy, zz, xy, yz, zx
+
+
+class NoStress(Exception):
+    """There is no law by which the stress of this model could be told; the text says why."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A mesh that is deformed, and what its cells are made of.
+
+    `u` (n, 3) are displacements of its nodes in m. `way` is how the volume is kept: full | selective | mean_dilatation
+    | mixed; of `mixed`, `pressures` (m, b) are those that were solved for, Pa, positive in tension. In a `plane`
+    nothing varies along z; with `revolved` it is the meridian of a body of revolution about the y axis. Of a material
+    that varies in space `at` gives that with arrays for its constants at the points of a rule.
+    """
+
+    mesh: Mesh
+    material: Isotropic
+    strain: str
+    u: Floats
+    way: str = "full"
+    pressures: Floats | None = None
+    plane: bool = False
+    revolved: bool = False
+    at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None
+
+    def _made_of(self, rule: Rule) -> Isotropic:
+        """The material, at the points of a rule where it varies."""
+        return self.material if self.at is None or self.material.uniform else self.at(self.material, self.mesh, rule)
+
+    def _means(self) -> Isotropic:
+        """The material of a cell as a whole: of the means of its moduli, where it varies within."""
+        rule = self.mesh.element.quadrature()
+        if not (known := self._made_of(rule)).sampled:
+            return known
+        from softmark.solvers.materials.heterogeneous import averaged
+
+        return averaged(known, self._sizes(rule))
+
+    def _sizes(self, rule: Rule) -> Floats:
+        """The volumes of points (m, q), m^3; of a body of revolution in proportion to those of whole rings."""
+        parts = integration(self.mesh, rule=rule)
+        return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
+
+    def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
+        """Points X (m, q, 3) in m, Cauchy stress (m, q, 6) in Pa by SYMMETRIC, and H = du/dX (m, q, 9).
+
+        Raises NoStress.
+        """
+        N = self.mesh.element.shape(rule[0])
+        X = np.einsum("qa,mai->mqi", N, self.mesh.points[self.mesh.cells])
+        H = self._gradient(rule)
+        sigma = self._stress(H, rule)
+        if not np.all(np.isfinite(sigma)):
+            raise NoStress("its stress is not a finite number in every cell")
+        six = np.stack([sigma[..., i, j] for i, j in SYMMETRIC], axis=-1)
+        return X, six, H.reshape(*H.shape[:2], 9)
+
+    def _gradient(self, rule: Rule) -> Floats:
+        """du_i/dX_J (m, q, 3, 3)."""
+        parts = integration(self.mesh, rule=rule)
+        H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
+        if self.revolved:  # rings grow as they move out; on the axis by as much as along x
+            N, cells = parts.N, self.mesh.cells
+            r, out = self.mesh.points[cells, 0] @ N.T, self.u[cells, 0] @ N.T
+            far = r > AXIS * self.mesh.extent
+            H[..., 2, 2] = np.where(far, out / np.where(far, r, 1.0), H[..., 0, 0])
+        if self.material.thin:  # it grows thinner than its nodes show
+            from softmark.solvers.materials.plane_stress import thickness
+
+            law = law_for(self._made_of(rule), self.strain)
+            H[..., 2, 2] = thickness(law, _deformation(H)).reshape(H.shape[:2]) - 1.0
+        return H
+
+    def _stress(self, H: Floats, rule: Rule) -> Floats:
+        """Cauchy stress (m, q, 3, 3), Pa. Raises NoStress."""
+        laws = parts_for(self._made_of(rule), self.strain) if self.way == "selective" else None
+        if laws is not None:  # of shear at the point, and of the volume at the centre of the cell
+            of_volume = (parts_for(self._means(), self.strain) or laws)[1]
+            middle = self._gradient(centre_rule(self.mesh.element))
+            volume = self._pushed(_piola(of_volume, middle), middle)  # (m, 1, 3, 3)
+            return self._pushed(_piola(laws[0], H), H) + volume
+        if self.way in ("full", "selective"):
+            return self._pushed(_piola(law_for(self._made_of(rule), self.strain), H), H)
+        return self._held(H, rule)
+
+    def _held(self, H: Floats, rule: Rule) -> Floats:
+        """P = P_shape + p dg/dF, with p that was solved for, or M times the mean of g over the cell."""
+        split, F = self._split(rule), _deformation(H)
+        p = self._pressed(rule) if self.way == "mixed" else self._dilated()
+        P = _piola(split.shape, H) + np.broadcast_to(p, H.shape[:2]).reshape(-1, 1, 1) * split.constraint.gradient(F)
+        return self._pushed(P, H)
+
+    def _split(self, rule: Rule) -> Mixed:
+        """The law in two parts at the points of a rule. Raises NoStress."""
+        if (split := mixed_for(self._made_of(rule), self.strain)) is None:
+            raise NoStress("its law has no part of the volume for a pressure to take")
+        return split
+
+    def _pressed(self, rule: Rule) -> Floats:
+        if self.pressures is None:
+            raise NoStress("the pressures that belong to its displacements are not known")
+        return self.pressures @ pressures(self.mesh, rule).N.T
+
+    def _dilated(self) -> Floats:
+        """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
+        rule = self.mesh.element.quadrature()
+        w, split = self._sizes(rule), self._split(rule)
+        H = self._gradient(rule)
+        reach = float(np.abs(H).max(initial=0.0))
+        up = displacement_gradient_scaling.factor(reach, self.strain == "small", lambda c: c * reach)
+        g = split.constraint.value(_deformation(up * H)).reshape(w.shape) / up
+        pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
+        return pressure
+
+    def _pushed(self, P: Floats, H: Floats) -> Floats:
+        """sigma = P F^T / J (m, q, 3, 3); where strains are small, P itself."""
+        P = P.reshape(H.shape)
+        if self.strain == "small":
+            return P
+        F = H + np.eye(3)
+        sigma: Floats = P @ F.swapaxes(-1, -2) / np.linalg.det(F)[..., None, None]
+        return 0.5 * (sigma + sigma.swapaxes(-1, -2))
+
+
+def _piola(law: Any, H: Floats) -> Floats:
+    """The first Piola-Kirchhoff stress (m q, 3, 3), Pa, of H (m, q, 3, 3)."""
+    return displacement_gradient_scaling.piola(law, H.reshape(-1, 3, 3))
+
+
+def _deformation(H: Floats) -> Floats:
+    """F (m q, 3, 3)."""
+    F: Floats = np.ascontiguousarray(H.reshape(-1, 3, 3) + np.eye(3))
+    return F
+
+
+def superconvergent(element: type[Element]) -> Rule:
+    """Where derivatives of an element are one order better than elsewhere, in cells that are near to parallelepipeds.
+
+    Gauss points of a rule of as many points along each axis as the order: of the linear hexahedron its centre. On
+    tetrahedra and wedges, which have no such points, those of the rule for the stiffness (Zienkiewicz and Zhu 1992).
+    """
+    if element.corners != 8:
+        return element.quadrature()
+    one, _ = np.polynomial.legendre.leggauss(element.order)
+    grid = np.stack(np.meshgrid(one, one, one, indexing="ij"), axis=-1).reshape(-1, 3)
+    return grid, np.full(len(grid), element.volume / len(grid))

@@ -1,0 +1,150 @@
+"""Numbers of a stress or a strain: components, principal values, von Mises; stretches of fibres and of volumes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+
+from softmark.records import dataclass
+from softmark.solvers.mesh.mesh import Floats, Ints
+from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
+
+AXES = dict(zip(("xx", "yy", "zz", "xy", "yz", "zx"), SYMMETRIC, strict=True))
+OfStress = Literal["von_mises", "pressure", "principal_1", "principal_2", "principal_3",
+                   "xx", "yy", "zz", "xy", "yz", "zx"]  # fmt: skip
+OfStrain = Literal["principal_1", "principal_2", "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"]
+OfStretch = Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", "volume"]
+
+
+@dataclass(frozen=True)
+class Tensors:
+    """Cauchy stress (n, 6) in Pa and H = du/dX (n, 9) at points; `small`: strains are linear in H."""
+
+    six: Floats
+    H: Floats
+    small: bool
+
+    @property
+    def cauchy(self) -> Floats:
+        """(n, 3, 3), Pa."""
+        return full(self.six)
+
+    @property
+    def F(self) -> Floats:
+        """Deformation gradients (n, 3, 3)."""
+        F: Floats = self.H.reshape(-1, 3, 3) + np.eye(3)
+        return F
+
+    @property
+    def nominal(self) -> Floats:
+        """First Piola-Kirchhoff stress J sigma F^-T (n, 3, 3), Pa: [i, J] is the force along i per area across J."""
+        if self.small:
+            return self.cauchy
+        F = self.F
+        P: Floats = np.linalg.det(F)[:, None, None] * self.cauchy @ np.linalg.inv(F).swapaxes(1, 2)
+        return P
+
+    def strain(self, measure: str) -> Floats:
+        """(n, 3, 3): green (F^T F - I)/2, biot U - I, logarithmic ln U; all are sym H where strains are small."""
+        H = self.H.reshape(-1, 3, 3)
+        turned = H.swapaxes(1, 2)
+        if self.small:
+            return 0.5 * (H + turned)
+        E: Floats = 0.5 * (H + turned + turned @ H)  # without F^T F - I, which would lose small strains
+        if measure == "green":
+            return E
+        w, V = np.linalg.eigh(E)
+        w = 0.5 * np.log1p(2.0 * w) if measure == "logarithmic" else np.sqrt(1.0 + 2.0 * w) - 1.0
+        found: Floats = (V * w[:, None, :]) @ V.swapaxes(1, 2)
+        return found
+
+    def stretches(self, component: str) -> Floats:
+        """Principal stretches, those of fibres that lay along an axis, or the volume ratio (n,)."""
+        if component == "volume":
+            H = self.H.reshape(-1, 3, 3)
+            ratio: Floats = 1.0 + np.trace(H, axis1=1, axis2=2) if self.small else np.linalg.det(self.F)
+            return ratio
+        if component in ("x", "y", "z"):
+            axis = "xyz".index(component)
+            H = self.H.reshape(-1, 3, 3)
+            grown: Floats = 1.0 + H[:, axis, axis] if self.small else np.linalg.norm(self.F[:, :, axis], axis=1)
+            return grown
+        return 1.0 + principal(self.strain("biot"), component)
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Tensors at points, one for each material that meets there: a row for every pair of a point and a material.
+
+    `rows` (k,) are numbers of points in rising order, `materials` (k,) numbers of materials, `tensors` those of the k
+    pairs. A point inside one material has one row, a point on an interface one for each side.
+    """
+
+    rows: Ints
+    materials: Ints
+    tensors: Tensors
+
+    def per_row(self, amounts: Floats) -> Floats:
+        """Amounts of the points (n,), divided evenly among the sides of each point (k,)."""
+        divided: Floats = amounts[self.rows] / np.bincount(self.rows, minlength=len(amounts))[self.rows]
+        return divided
+
+    def averaged(self, count: int) -> Tensors:
+        """The mean of both sides at each of `count` points."""
+        share = self.per_row(np.ones(count))[:, None]
+        six, H = np.zeros((count, 6)), np.zeros((count, 9))
+        np.add.at(six, self.rows, share * self.tensors.six)
+        np.add.at(H, self.rows, share * self.tensors.H)
+        return Tensors(six, H, self.tensors.small)
+
+    def only(self, materials: Ints) -> Sides:
+        """The rows of some materials, and all rows of points that have none of these."""
+        own = np.isin(self.materials, materials)
+        none = np.bincount(self.rows, own, minlength=int(self.rows.max(initial=-1)) + 1)[self.rows] == 0.0
+        kept = own | none
+        tensors = Tensors(self.tensors.six[kept], self.tensors.H[kept], self.tensors.small)
+        return Sides(self.rows[kept], self.materials[kept], tensors)
+
+    @property
+    def two_valued(self) -> Any:
+        """Mask (k,) of the rows whose points have several sides."""
+        return np.bincount(self.rows)[self.rows] > 1
+
+
+def full(six: Floats) -> Floats:
+    """Symmetric tensors (n, 3, 3) of their components (n, 6)."""
+    found = np.empty((len(six), 3, 3))
+    for k, (i, j) in enumerate(SYMMETRIC):
+        found[:, i, j] = found[:, j, i] = six[:, k]
+    return found
+
+
+def principal(tensors: Floats, component: str) -> Floats:
+    """The largest (principal_1), middle or least (principal_3) eigenvalue of symmetric tensors (n, 3, 3): (n,)."""
+    values: Floats = np.linalg.eigvalsh(tensors)[:, 3 - int(component[-1])].astype(np.float64)
+    return values
+
+
+def von_mises(sigma: Floats) -> Floats:
+    """sqrt(3/2 s : s) of stresses (n, 3, 3), s their deviators: (n,), Pa."""
+    s = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+    value: Floats = np.sqrt(1.5 * (s**2).sum(axis=(1, 2)))
+    return value
+
+
+def component_of(tensors: Floats, component: str) -> Floats:
+    """A number of each tensor (n, 3, 3): (n,), in their unit."""
+    if component in AXES:
+        i, j = AXES[component]
+        return tensors[:, i, j]
+    if component.startswith("principal"):
+        return principal(tensors, component)
+    return OTHERS[component](tensors)
+
+
+OTHERS: dict[str, Callable[[Floats], Floats]] = {
+    "von_mises": von_mises,
+    "pressure": lambda sigma: -np.trace(sigma, axis1=1, axis2=2) / 3.0,
+}
