@@ -152,6 +152,11 @@ class Case:
         return float(max(2.0 * material.shear_modulus * (1.0 + material.poisson) for material in self.typical))
 
     @property
+    def least_young(self) -> float:
+        """Young's modulus of the softest material, Pa; of one that varies, as far as a look tells."""
+        return float(min(2.0 * material.shear_modulus * (1.0 + material.poisson) for material in self.typical))
+
+    @property
     def uniform(self) -> bool:
         """Whether the constants of each of its materials are the same everywhere."""
         return all(getattr(material, "uniform", True) for material in self.materials)

@@ -10,6 +10,9 @@ import pytest
 
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language import units
+from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.report.run.tables.error_statement_table import amount, beside
+from softmark.interpreter.results.run_report import MetricResult
 
 SCENE = """material steel = linear_elastic(young = 210 GPa, poisson = 0.3, density = 7850 kg/m^3)
 body bar = solid(box(size = (100, 10, 10) mm), steel)
@@ -50,3 +53,14 @@ def test_lengths_below_a_nanometre() -> None:
     assert units.show(1.87402e-12, units.LENGTH) == "1.87402 pm"
     assert units.show(-3.5e-11, units.LENGTH) == "-35 pm"
     assert units.show(2.1e-9, units.LENGTH) == "2.1 nm"
+
+
+@pytest.mark.parametrize("unit", ["m", "N", "J", "N*m", "m^2"])
+@pytest.mark.parametrize("scale", [1e-21, 1e-12, 1.0, 1e9])
+def test_errors_are_shown_in_proportion_at_every_scale(scale: float, unit: str) -> None:
+    """Half of a number is shown as half, whatever the size of the body; an error was at least 1e-12 in SI."""
+    number, error = 4.0 * scale, 2.0 * scale
+    assert amount(error, unit, number) == quantity(error, unit, 2)
+    shown = beside(error, MetricResult(value=number, unit=unit)).removeprefix("± ")
+    assert shown == quantity(error, unit, 2) or units.show(error, units.parse(unit).dimension).startswith(f"{shown} ")
+    assert amount(0.0, unit, number) == quantity(1e-9 * number, unit, 2)  # below the digits of the number

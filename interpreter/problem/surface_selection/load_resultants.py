@@ -26,10 +26,12 @@ from softmark.interpreter.vocabulary.load_words import (
     Tensile,
     Turning,
 )
+from softmark.solvers.elements import WORDS, named
 from softmark.solvers.mesh.boolean_shapes import Combined
 
 SHOWN = 1e-3  # of a load: what may be missing, or undecided, without a word
 CURVED = "use a smaller size, or tet10, whose facets are curved"
+NEARER = "use a smaller size: its curved facets meet the surface at their nodes only"  # of tet10 and the like
 FLATTER = "use a smaller size, or smaller `facets`: between their corners they are flat, for elements of any order"
 
 
@@ -154,6 +156,14 @@ def _ratio(force: Vector, exact: Vector) -> float:
     return float(np.dot(force, exact)) / size if size else 1.0
 
 
+def _remedy(case: Case, declared: Declared) -> str:
+    """Return how the facets of a model come closer to the curved surface of its body."""
+    if case.shape.enclosed:
+        return FLATTER
+    element = getattr(declared.thing, "element", "")
+    return NEARER if element in WORDS and named(element).order > 1 else CURVED
+
+
 def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tuple[Diagnostic, ...]:
     """Warnings where a model's mesh carries less or more of a load on its surface than the scene asks for."""
     notes, at = [], declared.at("size") if "size" in declared.fields else declared.at()
@@ -166,7 +176,7 @@ def doubts(case: Case, declared: Declared, found: Mapping[str, Resultant]) -> tu
                 f"`{name}` acts on {100 * r.share:.4g} % of what it selects of `{case.body.name}` in "
                 f"`{declared.name}`",
                 "its facets are not the curved surface",
-                f"{FLATTER if case.shape.enclosed else CURVED}; the report has the force and the exact one",
+                f"{_remedy(case, declared)}; the report has the force and the exact one",
             ))  # fmt: skip
         if r.remainder > SHOWN * r.area:
             notes.append(diagnostic(

@@ -21,13 +21,14 @@ def words(model: ModelResult) -> str | None:
     doubts = f" (and doubts it: {', '.join(said.doubts)})" if said.doubts else ""
     if said.value is None:
         return f"states no error of `{first}`: {said.reason or 'no reason was given'}{doubts}"
-    value = amount(said.value, said.unit or "1")
+    found = model.metrics.get(first)
+    value = amount(said.value, said.unit or "1", found.value if found else None)
     return f"states an error of at most {value} in `{first}`{doubts}"
 
 
-def amount(value: float, unit: str = "1") -> str:
-    """An error, at two digits."""
-    shown: str = quantity(max(value, 1e-12), unit, 2, percent=True)
+def amount(value: float, unit: str = "1", of: float | None = None) -> str:
+    """Return an error at two digits; it is at least `DIGITS` of the number `of` that it belongs to."""
+    shown: str = quantity(max(value, DIGITS * abs(of or 0.0)), unit, 2, percent=True)
     return shown
 
 
@@ -47,9 +48,10 @@ def beside(value: float, found: MetricResult) -> str:
         return f"± {_two(100.0 * value)}"
     unit = units.show(float(f"{found.value or 0.0:.6g}"), dimension).partition(" ")[2]
     shown = value / units.parse(unit).factor if unit else 0.0
-    return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit)}"
+    return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit, found.value)}"
 
 
+DIGITS = 1e-9  # of a number: the least error that is shown, far below the six digits of the number itself
 LEAST, MOST = 1e-3, 1e3  # of a number that stands without a unit of its own behind a value
 
 
