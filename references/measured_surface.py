@@ -288,7 +288,7 @@ def _meshio(file: Path) -> Any:
     for kind in (k for k in kinds if k not in UNENDING | VOLUMES):
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said), limited_resources(file):
+            with limited_resources(file), redirect_stdout(said), redirect_stderr(said):
                 return meshio.read(file, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().split()) or f"it is no {kind} file")

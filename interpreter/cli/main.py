@@ -67,25 +67,24 @@ def _guarded(arguments: list[str]) -> int:
         sys.stdout.flush()
         return _forgetting_signals(status)
     except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
+        _complain("interrupted")
         return _forgetting_signals(130)
     except BrokenPipeError:  # the reader of a pipe has gone, as in `dsl list | head`
-        _silenced()
+        _silenced(1, 2)
         return 0
     except Exception as error:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         if said := exit_signals.spent(error):
-            _silenced()
-            print(f"error: {said}", file=sys.stderr)
+            _silenced(1)
+            _complain(f"error: {said}")
             return 3
         if said := _of_another(error):
-            print(f"error: {said}", file=sys.stderr)
+            _complain(f"error: {said}")
             return 3
-        print(
+        _complain(
             f"error: softmark itself failed ({type(error).__name__}: {error})"
-            "\nThis is a defect: please report it with the scene. SOFTMARK_DEBUG=1 shows where it happened.",
-            file=sys.stderr,
+            "\nThis is a defect: please report it with the scene. SOFTMARK_DEBUG=1 shows where it happened."
         )
         return 70
 
@@ -97,10 +96,21 @@ def _of_another(error: Exception) -> str | None:
     return f"{said}\n`dsl conformance` tries all of a plugin." if said else None
 
 
-def _silenced() -> None:
-    """Standard output leads nowhere from here on: what it still holds cannot be written, and would be tried at exit."""
-    with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _complain(text: str) -> None:
+    """Print a last message on standard error; where that cannot be written, the exit status has to do."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:  # a full disk, or nobody reads
+        _silenced(2)
+
+
+def _silenced(*descriptors: int) -> None:
+    """Lead standard streams nowhere: what they still hold cannot be written, and would be tried again at exit."""
+    for descriptor in descriptors:
+        with suppress(OSError, ValueError):
+            stream = sys.stdout if descriptor == 1 else sys.stderr
+            if stream.fileno() == descriptor:  # the language server prints on standard error alone
+                os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
 def _forgetting_signals(status: int) -> int:

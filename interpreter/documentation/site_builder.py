@@ -21,6 +21,7 @@ ROOM = Path(__file__).parent
 OTHERS = "reference/others.md"
 NEEDED = ("sphinx", "myst_parser", "furo")
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of what Sphinx says
+UNWRITTEN = "error writing file "  # how Sphinx begins a warning of a page that is not written, or not whole
 INSTALL = 'pip install "softmark[docs]"'
 
 
@@ -58,7 +59,10 @@ def _written() -> Iterator[Path]:
 
 
 def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
-    """Build the site of these sources into a folder; what Sphinx warned of. Raises Unavailable without the extra."""
+    """Build the site of these sources into a folder and return the warnings of Sphinx.
+
+    Raises Unavailable without the extra, OSError where a page cannot be written, of which Sphinx only warns.
+    """
     available()
     from sphinx.application import Sphinx
     from sphinx.util.docutils import docutils_namespace
@@ -83,7 +87,10 @@ def build(folder: Path, found: dict[str, bytes]) -> tuple[str, ...]:
         )
         app.build()
     said = COLOUR.sub("", warned.getvalue()).replace(str(source) + os.sep, "")
-    return tuple(line for line in said.splitlines() if line.strip())
+    lines = tuple(line for line in said.splitlines() if line.strip())
+    if failed := next((line for line in lines if UNWRITTEN in line), None):
+        raise OSError(None, failed.partition(UNWRITTEN)[2])
+    return lines
 
 
 def available() -> None:

@@ -26,6 +26,8 @@ def read(path: Path, moment: float | None = None) -> Deck:
     from softmark.resource_limits import limited_resources, reason_of
 
     reader = READERS.get(path.suffix.lower())
+    if reader is None and path.is_dir():
+        raise Unreadable(str(path), "it is a folder", f"name a file in it; known are {TITLES}")
     if reader is None:
         remedy = UNPACK if path.suffix.lower() == ".gz" else f"known are {TITLES}"
         raise Unreadable(path.name, f"`{path.suffix or path.name}` is no ending that is known", remedy)

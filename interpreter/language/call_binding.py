@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 ORIGINS = 3  # parameters whose places a message shows
 FARTHEST = 1e30  # sixth powers of it, as in the volume times the stiffness of a body, are still numbers
+HOME = "paths are relative to the scene's own folder"
 Bound = tuple[tree.Expression, Place]  # an expression, and the text that it stands in
 
 
@@ -361,19 +362,17 @@ class Binder:
         name = self._text(field, node, place)
         if name.startswith("data:"):
             return self._data_set(name, node, place)
+        if not name.strip():
+            raise place.fail("E401", node.span, "the name of the file is empty", "no name", HOME)
         path = self.module.folder / name
-        if "\0" not in name and os.path.isfile(path):
-            return str(path)
-        if "\0" not in name and field.folder and os.path.isdir(path):
+        if "\0" not in name and (os.path.isfile(path) or (field.folder and os.path.isdir(path))):
             return str(path)
         folder = path.parent
         close = nearest(path.name, os.listdir(folder)) if os.path.isdir(folder) else None
         if os.path.isdir(path):
             raise place.fail("E401", node.span, f"`{name}` is a folder", "not a file", "name a file in it")
-        hint: str | Remedy = "paths are relative to the scene's own folder"
-        if close:
-            meant = Path(name).with_name(close).as_posix()
-            hint = did_you_mean(meant, f'"{meant}"')
+        meant = Path(name).with_name(close).as_posix() if close else ""
+        hint = did_you_mean(meant, f'"{meant}"') if close else HOME
         raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
     def _data_set(self, name: str, node: tree.Expression, place: Place) -> str:

@@ -99,18 +99,29 @@ def standard_name(path: str | Path | None) -> str | None:
 
 def locate(name: str) -> Path:
     """The file of a scene given on the command line: a path, or a name of the standard library."""
+    if not name.strip():
+        raise Missing("the name of the scene is empty", "name a file, or a scene of `dsl list scenes`")
     if os.path.isfile(name):
         return Path(name)
     standard = standard_scenes()
     if name in standard:
         return standard[name]
     if os.path.isdir(name):
-        raise Missing(f"{name} is a folder", "name a file in it")
+        raise Missing(f"{name} is a folder", _within(Path(name)))
     if os.path.exists(name):
         raise Missing(f"{name} is not a regular file", "use `-` to read from standard input")
     close = nearest(Path(name).stem, list(standard))
     hint = f"did you mean `{close}`?" if close else "`dsl list scenes` shows those that come with softmark"
     raise Missing(f"there is no file {name}, and no standard scene of that name", hint)
+
+
+def _within(folder: Path) -> str:
+    """Return what to do instead of naming a folder, with one of its scenes if it has any."""
+    try:
+        found = sorted(p.name for p in folder.iterdir() if p.suffix == SUFFIX)
+    except OSError:
+        found = []
+    return f"name a file in it, such as {folder / found[0]}" if found else f"name a file; none there ends in {SUFFIX}"
 
 
 def read(path: Path, shown: str | None = None) -> Source:

@@ -87,6 +87,8 @@ def document(
 ) -> Document:  # fmt: skip
     """A text of a URI; what lies in no file looks for files in the working folder."""
     path = to_fs_path(uri)
+    if path is not None and "\0" in path:  # which names no file
+        path = None
     file = Path(path) if path else None
     return Document(text, file.parent if file else Path(), file, version, snippets, uri, earlier, vocabulary)
 

@@ -23,14 +23,14 @@ class Refused(JsonRpcException):
 
 
 def quietly() -> None:
-    """Leave refusals out of what pygls logs: the editor has the reason, a traceback beside it looks like a fault."""
+    """Leave errors that are answers out of what pygls logs: a traceback beside the answer looks like a fault."""
     json_rpc.logger.addFilter(_unforeseen)
 
 
 def _unforeseen(record: logging.LogRecord) -> bool:
     if str(record.msg).startswith("Unable to deserialize"):  # the client has the error as an answer
         return False
-    return not (record.exc_info and isinstance(record.exc_info[1], Refused))
+    return not (record.exc_info and isinstance(record.exc_info[1], JsonRpcException))
 
 
 def report(error: BaseException) -> None:

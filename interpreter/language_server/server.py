@@ -22,6 +22,7 @@ from pygls.protocol.json_rpc import JsonRPCNotification
 
 from softmark import __version__
 from softmark.interpreter.language_server import quick_fixes, semantic_tokens
+from softmark.interpreter.language_server.message_reader import MALFORMED, MessageReader
 from softmark.interpreter.language_server.open_documents import Opened
 from softmark.interpreter.language_server.request_refused import Refused, quietly, report
 from softmark.interpreter.language_server.text_document import Document
@@ -90,6 +91,15 @@ class Protocol(LanguageServerProtocol):
                 self._send_response(data["id"], error=error.to_response_error())
             return JsonRPCNotification(method="$/notRead", jsonrpc=self.VERSION, params=None)  # which nobody answers
 
+    def handle_message(self, message: Any) -> None:
+        """Answer a malformed message of the client with an error, every other as pygls does."""
+        if getattr(message, "method", None) != MALFORMED:
+            super().handle_message(message)
+            return
+        told = message.params
+        error = {"code": told.code, "message": told.reason}
+        self._send_data({"jsonrpc": self.VERSION, "id": told.answers, "error": error})
+
     @property
     def left(self) -> bool:
         """Whether the editor has taken leave before it went."""
@@ -150,7 +160,8 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -
     quietly()
     server = Server(plugins)
     server.opened.checks.warm(_first)
-    server.start_io(incoming, outgoing)  # which keeps the status to itself
+    reader: Any = MessageReader(incoming)
+    server.start_io(reader, outgoing)  # which keeps the status to itself
     return 0 if server.protocol.left else 1
 
 

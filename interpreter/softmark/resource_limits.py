@@ -19,6 +19,7 @@ PATIENCE, PACE = 8.0, 2e-6  # s of the processor for any file, and for each of i
 TURNS = 10_000  # of a loop: what is pending is raised at the first
 SHARE = 0.5  # of the free memory, for the largest of files
 GROUP = Path("/sys/fs/cgroup")
+process_lock = threading.RLock()  # held by the thread that changes limits or standard streams of the whole process
 LIMITS = (  # of a container and what it uses, by versions of the interface
     ("memory.max", "memory.current"),
     ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
@@ -34,7 +35,7 @@ class TooSlow(Exception):
 
 @contextmanager
 def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
-    """Limit the memory of this process and the time of this thread while a file is read.
+    """Limit the memory of this process and the time of this thread while a file is read, one file at a time.
 
     The limit is what the process has, and beyond it 1 GiB and 200 times the size of the file, though no more than
     half of the free memory. `size` in bytes is that of all files of a series. A header that promises more than the file
@@ -42,13 +43,13 @@ def limited_resources(path: Path, size: int | None = None) -> Iterator[None]:
     Where the system has no such limits, or sets a lower one, memory is not limited.
 
     The time is 8 s of the processor and 2 s for each MB; what takes longer ends in TooSlow, as soon as Python code
-    runs again.
+    runs again. Other threads wait until the file is read: who restores a limit must have been the last to change it.
     """
     try:
         long = path.stat().st_size if size is None else size
     except OSError:
         long = 0
-    with _limited_time(PATIENCE + PACE * long), _limited_memory(long):
+    with process_lock, _limited_time(PATIENCE + PACE * long), _limited_memory(long):
         yield
 
 

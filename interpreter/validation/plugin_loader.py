@@ -36,6 +36,7 @@ from softmark.interpreter.language.expression_evaluation import PREDEFINED
 from softmark.interpreter.language.field_schema import Vocabulary, _fields, article
 from softmark.interpreter.language.plugin_words import FILES, Plugin, told
 from softmark.records import dataclass
+from softmark.resource_limits import process_lock
 from softmark.safe_files import open_regular
 
 EXAMPLES = "examples"  # a table of calls of its words, that `dsl conformance` tries
@@ -185,9 +186,11 @@ def _of_name(name: str) -> tuple[Path, str]:
     if name not in known:
         close = nearest(name, list(known))
         hint = f"did you mean `{close}`?" if close else "`dsl list plugins` shows those that are installed"
+        if not name.strip():
+            raise Absent("the name of the plugin is empty", hint)
         raise Absent(f"there is no file {name}, and no installed plugin of that name", hint)
     try:
-        with redirect_stdout(sys.stderr):
+        with process_lock, redirect_stdout(sys.stderr):
             spec = find_spec(known[name])
     except Exception as error:
         raise Absent(f"the plugin {name} cannot be found: {told(error)}", "install it anew") from error
@@ -330,7 +333,7 @@ def _run(read: Read) -> ModuleType:
     module = ModuleType(read.module)
     module.__file__ = read.file
     try:
-        with redirect_stdout(sys.stderr):
+        with process_lock, redirect_stdout(sys.stderr):
             if named:
                 return import_module(read.module)
             sys.modules[read.module] = module

@@ -295,6 +295,8 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
             continue
+        if rigid(case.body):  # E655
+            continue
         if case.shape.wired and not reference.thing.wired:
             yield from _wired(reference, case)
             continue

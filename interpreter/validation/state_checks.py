@@ -65,7 +65,12 @@ def _driven(scene: Scene) -> list[Declared]:
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Errors and warnings about states; of a scene that has none, courses and references that ask for some."""
+    """Errors and warnings about states; of a scene that has none, courses and references that ask for some.
+
+    Nothing of a scene with several analyses, which is in error: states of one do not belong to another.
+    """
+    if len(scene.of_kind("analysis")) > 1:
+        return
     states = states_of(scene)
     if scene.of_kind("contact"):
         from softmark.interpreter.validation.friction_checks import turned

@@ -38,6 +38,21 @@ def test_invalid_parameters_are_answered() -> None:
         frame({"id": 1, "method": "initialize", "params": {"capabilities": {}, "processId": None, "rootUri": None}}),
         frame({"method": "initialized", "params": {}}),
         *asked,
+        b"Content-Length: 4\r\n\r\n[1, ",
+        frame({"id": 4, "method": "workspace/executeCommand", "params": {"command": "none"}}),
+        frame(
+            {
+                "method": "textDocument/didOpen",
+                "params": {
+                    "textDocument": {
+                        "uri": "file:///a%00.scene",
+                        "languageId": "scene",
+                        "version": 1,
+                        "text": "param a = 1",
+                    }
+                },
+            }
+        ),
         frame({"method": "textDocument/didOpen", "params": {"bad": 1}}),
         frame({"id": 2, "method": "textDocument/hover", "params": PLACE}),
         frame({"id": 3, "method": "shutdown"}),
@@ -51,5 +66,7 @@ def test_invalid_parameters_are_answered() -> None:
     found = answers(done.stdout)
     for i, parameters in enumerate(INVALID):
         assert found[f"bad {i}"]["error"]["code"] == -32602, parameters  # Invalid params, by JSON-RPC 2.0
+    assert b'"code": -32700' in done.stdout  # Parse error, to nobody's number
+    assert found[4]["error"]["code"] == -32602
     assert found[2]["result"] is None
     assert b"Traceback" not in done.stderr

@@ -110,9 +110,10 @@ def test_files_that_are_no_scenes(content: bytes, code: str, words: str, capsys:
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("nowhere.scene", "there is no file nowhere.scene"), (".", ". is a folder"),
+    [("nowhere.scene", "there is no file nowhere.scene"), (".", ". is a folder"), (".", "none there ends in .scene"),
      ("silicon-beam", "did you mean `silicone-beam`?"),
-     ("", "there is no file"), ("a" * 5000, "there is no file"), ("with\nline.scene", "there is no file"),
+     ("", "the name of the scene is empty"), (" ", "the name of the scene is empty"),
+     ("a" * 5000, "there is no file"), ("with\nline.scene", "there is no file"),
      ("pipe", "not a regular file")],
 )  # fmt: skip
 def test_names_that_are_no_files(name: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -100,6 +100,13 @@ def test_standard_output_that_is_full(folder: Path, arguments: tuple[str, ...]) 
     assert "error: No space left on device; make room" in said(done)
 
 
+@pytest.mark.parametrize("arguments", [("check", "rod.scene"), ("check", "none.scene")])
+def test_standard_error_that_is_full(folder: Path, arguments: tuple[str, ...]) -> None:
+    """Where a message cannot be printed the status tells: 3, and never that of an expectation or of Python's exit."""
+    done = dsl(folder, *arguments, shell="2> /dev/full")
+    assert done.returncode == (0 if "rod" in arguments[1] else 3)
+
+
 @pytest.mark.parametrize("streams", [pytest.param(">&-", marks=SLOW), pytest.param("2>&-", marks=SLOW), "<&- >&- 2>&-"])
 @pytest.mark.parametrize("arguments", [("check", "rod.scene"), ("run", "rod.scene", "--out", "o")])
 def test_streams_that_are_closed(folder: Path, arguments: tuple[str, ...], streams: str) -> None:

@@ -453,11 +453,28 @@ def test_no_file_has_anything_run(tmp_path: Path) -> None:
     np.savez(body, json=np.array([Path("made")], dtype=object))
     cache_folder.write(tmp_path, "key", 0, [])
     path = cache_folder._path(tmp_path, "key")
-    path.write_bytes(cache_folder._head(body.getvalue()) + b"\n" + body.getvalue())
+    path.write_bytes(cache_folder._head("key", body.getvalue()) + b"\n" + body.getvalue())
     with pytest.raises(cache_folder.Damaged):
         cache_folder.read(tmp_path, "key")
     with pytest.raises(LookupError):
         Reader(NOBODY, {}).read({"~class": "Popen", "fields": {}})
+
+
+def test_a_result_is_not_read_under_the_name_of_another(tmp_path: Path) -> None:
+    """The authentication code covers the key: two files that have been swapped are taken for neither result."""
+    cache_folder.write(tmp_path, "one", 1, [])
+    cache_folder.write(tmp_path, "two", 2, [])
+    one, two = (cache_folder._path(tmp_path, key) for key in ("one", "two"))
+    first, second = one.read_bytes(), two.read_bytes()
+    one.write_bytes(second)
+    two.write_bytes(first)
+    for key in ("one", "two"):
+        with pytest.raises(cache_folder.Damaged, match="renamed"):
+            cache_folder.read(tmp_path, key)
+    body = first.partition(b"\n")[2]
+    assert cache_folder._head("one", body) != cache_folder._head("two", body)
+    one.write_bytes(first)
+    assert cache_folder.read(tmp_path, "one") == (1, {})
 
 
 def test_a_folder_of_results_stays_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -402,3 +402,31 @@ def test_a_lock_that_is_never_let_go_is_waited_for_no_longer_than_its_limit(
             pass
     assert said[0].startswith("another comparison is timing")
     assert said[-1].endswith("timing goes on without it")
+
+
+def test_a_log_without_progress_names_what_a_comparison_waits_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Progress outside a terminal prints only lines of some kinds: a held lock, and a busy machine, are among them."""
+    import fcntl
+    import io
+
+    from softmark.interpreter.cli.commands.progress_line import Progress
+
+    monkeypatch.setattr(timing_rounds, "lock_file", lambda: tmp_path / "lock")
+    monkeypatch.setattr(timing_rounds, "LONGEST_WAIT", 0.3)
+    monkeypatch.setattr(timing_rounds, "QUIET", 0.1)
+    stream = io.StringIO()
+    with (tmp_path / "lock").open("w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        with timing_rounds.exclusive(Progress(stream).say):
+            pass
+    assert stream.getvalue().count("waiting for another comparison") == 1
+    monkeypatch.setattr(timing_rounds, "CALM", -1.0)  # whatever is measured, the machine is busy
+    monkeypatch.setattr(timing_rounds, "PATIENCE", 0.0)
+    monkeypatch.setattr(timing_rounds, "GLANCE", 0.01)
+    desk = timing_rounds._Desk(timing_rounds._nowhere, Progress(stream).say)
+    with desk:
+        desk._settle(1)
+        desk._settle(1)
+    assert stream.getvalue().count("other processes keep this machine busy") == 1

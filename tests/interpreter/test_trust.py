@@ -11,6 +11,8 @@ import shutil
 import stat
 import subprocess
 import sys
+import threading
+import time
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 
@@ -258,6 +260,25 @@ def test_the_memory_of_a_reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(resource_limits, "available", lambda: 3 << 30)
     with limited_resources(file, 1 << 40):
         assert resource.getrlimit(resource.RLIMIT_AS)[0] - has < (3 << 29) + (1 << 27)
+
+
+def test_threads_that_read_at_once_leave_limits_and_streams_as_they_were(tmp_path: Path) -> None:
+    """A second thread that begins before the first has ended would restore what the first one had set."""
+    (tmp_path / "a").write_text("a")
+    before, within = (resource.getrlimit(resource.RLIMIT_AS), sys.stdout), threading.Event()
+
+    def read(seconds: float) -> None:
+        with limited_resources(tmp_path / "a"), redirect_stdout(io.StringIO()):
+            within.set()
+            time.sleep(seconds)
+
+    first, second = (threading.Thread(target=read, args=(seconds,)) for seconds in (0.1, 0.2))
+    first.start()
+    assert within.wait(10)
+    second.start()
+    first.join()
+    second.join()
+    assert (resource.getrlimit(resource.RLIMIT_AS), sys.stdout) == before
 
 
 # ------------------------------------------------------------------ results of earlier runs

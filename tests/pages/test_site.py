@@ -197,6 +197,16 @@ def test_formulas_are_mathml_and_what_leads_nowhere_is_a_warning(tmp_path: Path)
     assert len(site_builder.build(tmp_path / "b", {"index.md": wrong.encode(), **style})) == 3
 
 
+@pytest.mark.slow
+def test_a_page_that_cannot_be_written_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Sphinx only warns of it: a site with empty pages would be kept for good where the disk was full."""
+    for name in site_builder.NEEDED:
+        pytest.importorskip(name)
+    (tmp_path / "index.html").mkdir()
+    with pytest.raises(OSError, match=r"index\.html"):
+        site_builder.build(tmp_path, {"index.md": b"# A\n", "_static/softmark.css": b""})
+
+
 def test_without_the_extra_it_says_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -28,6 +28,13 @@ def folder(text: str) -> str:
     return text
 
 
+def file_name(text: str) -> str:
+    """The name of a file, of the command line; an empty one would be the working folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name of the file is empty")
+    return text
+
+
 def override_option(parser: argparse.ArgumentParser) -> None:
     """[-p NAME=VALUE]..."""
     meaning = "replace a parameter or a field"

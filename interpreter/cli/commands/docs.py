@@ -35,8 +35,12 @@ def run(parsed: argparse.Namespace) -> int:
             build(folder, sources())
         else:
             folder = site(lambda: print("building the pages, once for each version ...", file=sys.stderr)).folder
-    except (Unavailable, OSError) as error:
+    except Unavailable as error:
         print(visible(f"error: {error}"), file=sys.stderr)
+        return 2
+    except OSError as error:
+        what = parsed.out or "the pages"
+        print(visible(f"error: {what} cannot be written: {error.strerror or error}"), file=sys.stderr)
         return 2
     known = places(folder)
     if (place := known.get(parsed.page) or known.get(parsed.page.upper())) is None:

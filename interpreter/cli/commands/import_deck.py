@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softmark.grammar.diagnostic import Diagnostic, visible
+from softmark.interpreter.cli.commands.common_options import file_name
 from softmark.interpreter.cli.commands.scene_arguments import errors, load, show
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     from softmark.interpreter.importers.deck_units import SYSTEMS
     from softmark.interpreter.importers.import_formats import TITLES
 
-    parser.add_argument("file", metavar="FILE", help=f"a mesh or a deck: {TITLES}")
+    parser.add_argument("file", type=file_name, metavar="FILE", help=f"a mesh or a deck: {TITLES}")
     parser.add_argument("--out", metavar="FILE.scene", help="the scene; its mesh lies beside it (default: FILE's name)")
     parser.add_argument("--units", metavar="SYSTEM", help=f"units that belong together: {', '.join(SYSTEMS)}")
     parser.add_argument("--unit", metavar="LENGTH", help="one unit of the file's lengths, such as 1mm")

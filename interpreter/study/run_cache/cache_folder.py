@@ -1,8 +1,9 @@
 """The folder of what is kept: a file for each key, written whole or not at all, and checked before it is believed.
 
-A file is a line with its schema and the user's authentication code of all that follows, then an archive of arrays
-(`npz`, without objects) among which is the JSON. What cannot be read, or was not written by this user, is damaged, and
-counts as not there: a folder that came with somebody else's scene decides nothing.
+A file is a line with its schema and the user's authentication code of its key and all that follows, then an archive of
+arrays (`npz`, without objects) among which is the JSON. What cannot be read, or was not written by this user under this
+key, is damaged, and counts as not there: a folder that came with somebody else's scene decides nothing, and neither do
+files that have changed their names.
 """
 
 from __future__ import annotations
@@ -44,31 +45,29 @@ def read(folder: Path, key: str) -> tuple[Any, Mapping[int, np.ndarray]] | None:
         raise Damaged(f"{path} cannot be read ({error.strerror})") from error
     head, _, body = data.partition(b"\n")
     schema, _, code = head.decode("ascii", errors="replace").partition(" ")
-    if schema != SCHEMA or not is_authentic(SCHEMA, body, code):
-        raise Damaged(f"{path} is damaged, or not of a run of yours")
+    if schema != SCHEMA or not is_authentic(_purpose(key), body, code):
+        raise Damaged(f"{path} is damaged, renamed, or not of a run of yours")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
             arrays = {int(n): archive[n] for n in archive.files if n != "json"}
-            own = json.loads(archive["json"].tobytes())
+            value = json.loads(archive["json"].tobytes())
     except Exception as error:
         raise Damaged(f"{path} is damaged") from error
-    if own.get("key") != key:
-        raise Damaged(f"{path} is of another result")
     with suppress(OSError):
         os.utime(path)  # what is used stays longest
-    return own["value"], arrays
+    return value, arrays
 
 
 def write(folder: Path, key: str, value: Any, arrays: Sequence[np.ndarray]) -> None:
     """Keep the JSON and the arrays of a key. Raises OSError."""
-    text = np.frombuffer(json.dumps({"key": key, "value": value}).encode(), dtype=np.uint8)
+    text = np.frombuffer(json.dumps(value).encode(), dtype=np.uint8)
     body = io.BytesIO()
     named: dict[str, Any] = {str(i): a for i, a in enumerate(arrays)}
     np.savez(body, json=text, **named)  # of numbers: nothing is pickled
     folder_within(folder.parent, folder.name)
     if shutil.disk_usage(folder).free < RESERVE + len(body.getvalue()):
         raise OSError(None, f"less than {RESERVE >> 20} MiB of the disk would be left for reports")
-    replace(_path(folder, key), _head(body.getvalue()) + b"\n" + body.getvalue())
+    replace(_path(folder, key), _head(key, body.getvalue()) + b"\n" + body.getvalue())
 
 
 def prune(folder: Path, used: Collection[str]) -> None:
@@ -103,5 +102,10 @@ def _path(folder: Path, key: str) -> Path:
     return folder / f"{key}{SUFFIX}"
 
 
-def _head(body: bytes) -> bytes:
-    return f"{SCHEMA} {code_of(SCHEMA, body)}".encode()
+def _head(key: str, body: bytes) -> bytes:
+    return f"{SCHEMA} {code_of(_purpose(key), body)}".encode()
+
+
+def _purpose(key: str) -> str:
+    """Return what the authentication code of a file is for: the result of this key and of no other."""
+    return f"{SCHEMA} {key}"

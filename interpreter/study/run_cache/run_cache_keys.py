@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.pipeline.run_options import Options
     from softmark.interpreter.planning.run_plan import Plan
 
-SCHEMA = "softmark-kept/2"
+SCHEMA = "softmark-kept/3"
 COUNTING = (  # first words of variables that may change a number
     "OMP_", "OPENBLAS_", "MKL_", "GOTO_", "BLIS_", "VECLIB_", "KMP_", "NUMBA_", "PYPARDISO_", "SOFTMARK_",
     "NPY_", "LD_",

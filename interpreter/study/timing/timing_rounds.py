@@ -33,6 +33,7 @@ GLANCE = 0.25  # s, how long the machine is watched before a round
 LONGEST_WAIT = 600.0  # s; whoever holds the lock for longer is timing no run, and anybody can hold it
 TURN = 0.1  # s after a run in which another comparison may begin one
 PATIENCE = 5.0  # s at most that a round waits for the machine to calm down
+QUIET = 5.0  # s of waiting after which a line is printed, also where no progress is drawn
 CALM = 0.05  # share of the time in which some task waits
 FEW = 3  # runs of a job whose process takes long
 
@@ -129,6 +130,7 @@ class _Desk:
     def __init__(self, keep: Callable[[Record], None], say: Say) -> None:
         self.keep, self.say = keep, say
         self.cores: list[int] = []
+        self.busy = False  # whether it has been said that the machine is busy
         self.allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
 
     def __enter__(self) -> _Desk:
@@ -172,12 +174,21 @@ class _Desk:
             time.sleep(GLANCE)
             now = Gauges.now()
             seen = now.since(start)
-            if (seen["pressure_s"] or 0.0) <= CALM * seen["wall_s"] or time.monotonic() - begin > PATIENCE:
+            if (seen["pressure_s"] or 0.0) <= CALM * seen["wall_s"]:
+                break
+            if time.monotonic() - begin > PATIENCE:
+                self._say_busy()
                 break
         if self.allowed and len(self.cores) != min(threads, len(self.allowed)):
             self.cores = least_busy(self.allowed, start.busy, now.busy, threads)
             with suppress(OSError):
                 os.sched_setaffinity(0, self.allowed - set(self.cores) or self.allowed)
+
+    def _say_busy(self) -> None:
+        """Print once why timing takes long: runs that other processes disturb are repeated."""
+        if not self.busy:
+            self.say("took", "timing takes longer: other processes keep this machine busy; disturbed runs are repeated")
+        self.busy = True
 
 
 def one_run(job: TimingJob, cores: Sequence[int], kind: str = "timed") -> Record:
@@ -244,16 +255,18 @@ def exclusive(say: Say = _nobody) -> Iterator[None]:
     if handle is None:
         yield
         return
-    told, latest = False, time.monotonic() + LONGEST_WAIT
+    begin = time.monotonic()
+    lines = [(0.0, "time", "another comparison is timing on this machine; waiting for it"),
+             (QUIET, "took", f"waiting for another comparison that is timing on this machine ({lock_file()}), "
+              f"{LONGEST_WAIT:g} s at most")]  # fmt: skip
     try:
-        while time.monotonic() < latest:
+        while time.monotonic() < begin + LONGEST_WAIT:
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 break
             except OSError:
-                if not told:
-                    say("time", "another comparison is timing on this machine; waiting for it")
-                told = True
+                while lines and time.monotonic() - begin >= lines[0][0]:
+                    say(*lines.pop(0)[1:])
                 time.sleep(TURN / 4)
         else:
             say("took", f"{lock_file()} is locked for {LONGEST_WAIT:g} s: timing goes on without it")

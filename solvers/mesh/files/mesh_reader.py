@@ -44,6 +44,9 @@ SURFACE_AGAIN = (
     "write the surface again as .stl, .obj or .ply: the file may be cut off, or its name may not say its format"
 )
 FACETS = {"triangle": ((0, 1, 2),), "quad": ((0, 1, 2), (0, 2, 3))}
+NODES = {element.meshio: element.nodes for element in ELEMENTS.values()} | {
+    "line": 2, "line3": 3, "triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9,
+}  # of a cell, by meshio's word  # fmt: skip
 
 
 __all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
@@ -76,9 +79,6 @@ def as_written(data: Any, path: Path, unit: float) -> Mesh:
         raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
     points, kind = placed(data, unit), KINDS[solids[0]]
-    many = element_of(kind).nodes
-    if wrong := [block.shape for block in cells if block.ndim != 2 or block.shape[1] != many]:
-        raise UnreadableMesh(f"its {solids[0]} cells have {wrong[0][-1]} nodes each, which is not {many}")
     whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one order
     return Mesh(points, whole, kind)
 
@@ -219,7 +219,23 @@ def placed(data: Any, unit: float) -> Floats:
 
 
 def parsed(path: Path) -> Any:
-    """What meshio makes of the file in one of the formats of its name. Raises UnreadableMesh."""
+    """Read a mesh file as meshio's mesh; its cells have the nodes that their kinds have. Raises UnreadableMesh."""
+    data = _as_told(path)
+    for block in data.cells:
+        if not isinstance(block.data, np.ndarray):  # cells of any number of faces, which nobody takes
+            continue
+        shape, many = block.data.shape, NODES.get(block.type)
+        if many is not None and (len(shape) != 2 or shape[1] != many):
+            raise UnreadableMesh(f"its {block.type} cells have {shape[-1]} nodes each, which is not {many}")
+        try:
+            block.data.astype(np.int64)
+        except (OverflowError, TypeError, ValueError):  # Python's own integers, as readers of texts leave them
+            raise UnreadableMesh(f"its {block.type} cells name points by numbers that no file has") from None
+    return data
+
+
+def _as_told(path: Path) -> Any:
+    """Return what the reader of the file's format makes of it, unchecked. Raises UnreadableMesh."""
     _there(path)
     if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
         try:
@@ -336,7 +352,7 @@ def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
     for kind in kinds:
         said = StringIO()  # meshio prints why it fails, and exits
         try:
-            with redirect_stdout(said), redirect_stderr(said), limited_resources(path):
+            with limited_resources(path), redirect_stdout(said), redirect_stderr(said):
                 return OWN.get(kind or "", meshio.read)(path, kind)
         except SystemExit:
             reasons.append(" ".join(said.getvalue().partition("Error:")[0].split()) or f"it is no {kind} file")

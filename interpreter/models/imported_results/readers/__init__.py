@@ -44,8 +44,15 @@ def read(file: Path) -> Told:
         raise Unreadable(file.name, reason, INSTEAD.get(suffix, "convert the file to one of them, .vtu for one"))
     _there(file)
     reader = import_module(f"{__name__}.{_by_content(file, READERS[suffix])}")
+    from softmark.resource_limits import process_lock, reason_of
+
     try:
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), warnings.catch_warnings():
+        with (
+            process_lock,
+            redirect_stdout(io.StringIO()),
+            redirect_stderr(io.StringIO()),
+            warnings.catch_warnings(),
+        ):
             warnings.simplefilter("ignore")
             # what numpy says of text that is no number, in place of an error
             warnings.filterwarnings("error", message="string or file could not be read")
@@ -53,8 +60,6 @@ def read(file: Path) -> Told:
     except Unreadable:
         raise
     except Exception as error:  # readers raise what they like
-        from softmark.resource_limits import reason_of
-
         raise Unreadable(file.name, f"it cannot be read ({reason_of(error)})", AGAIN) from None
     return told
 
