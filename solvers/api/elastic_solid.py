@@ -68,7 +68,7 @@ class Solid:
 
     `strain` is `finite` (the material's own law), `corotational` or `small` (its moduli at rest). Cells have
     displacements alone: linear ones (`tet4`, `hex8`) lock near a Poisson's ratio of 0.5 and are then too stiff, and
-    quadratic ones later; not so `hex8` with `integration` `selective`, the volume at the centre of each cell only.
+    quadratic ones later; not so `hex8` with `integration` `selective`, whose volume is that of mean gradients of cells.
     Raises ValueError for a mesh that is none, a strain or an integration that there is not, an incompressible
     material, and NoFiniteLaw for a material without a law of finite strain.
     """

@@ -11,7 +11,7 @@ from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, Togeth
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.materials import Isotropic, drags_for, law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.mesh.element_interpolation import Integration, centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import Integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 
 
@@ -29,18 +29,23 @@ def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: st
 def elastic_parts(
     mesh: Mesh, elastic: Elastic, material: Isotropic, strain: str, selective: bool = False
 ) -> tuple[Elastic, ...]:
-    """The law at all points; or, `selective` and where it comes apart, shear at all points and volume at the centre."""
+    """Return the elastic energy of a law at all points, or its parts for selective integration.
+
+    If `selective`, shear is integrated at all points and volume once per cell, with the mean gradient. A law that
+    cannot be split is integrated at all points. The reduced part is the energy of lambda: at small strain this is B-bar
+    with the mean volumetric strain (Hughes 1980). At finite strain it is psi_lambda of the mean of F, which has an
+    energy and a symmetric tangent, unlike F-bar (de Souza Neto et al. 1996).
+    """
     laws = parts_for(material, strain) if selective else None
     if laws is None:
         whole, _ = drags_for(material, strain) or (None, None)
         return (replace(elastic, law=law_for(material, strain), drag=whole),)
-    middle, mean = integration(mesh, rule=centre_rule(mesh.element)), _at_centre(material, elastic)
+    once, mean = mean_gradients(mesh, type(elastic) is not Elastic), _mean_of_cell(material, elastic)
     of_volume, (_, volume) = parts_for(mean, strain) or laws, drags_for(mean, strain) or (None, None)
-    centre = elsewhere(elastic, mesh, middle, of_volume[1], volume)
-    return replace(elastic, law=laws[0], drag=None), centre
+    return replace(elastic, law=laws[0], drag=None), elsewhere(elastic, mesh, once, of_volume[1], volume)
 
 
-def _at_centre(material: Isotropic, elastic: Elastic) -> Isotropic:
+def _mean_of_cell(material: Isotropic, elastic: Elastic) -> Isotropic:
     """The material of the only point of a cell: where it varies within, of the means of its moduli."""
     if not material.sampled:
         return material

@@ -79,7 +79,7 @@ class Element(Protocol):
     most: ClassVar[float]  # cells that fit in memory
     pressures: ClassVar[str | None]  # that go with it: linear between `corners`, one in each `cell`
     formulations: ClassVar[tuple[str, ...]]  # of models/fem that it is known to work in
-    integrations: ClassVar[tuple[str, ...]]  # at all points in `full`, of the volume at the centre in `selective`
+    integrations: ClassVar[tuple[str, ...]]  # at all points in `full`, of the volume once per cell in `selective`
     springs: ClassVar[bool]  # whether its edges and diagonals make a network
     finer: ClassVar[str]  # the element of its finer space: another on the same cells, or itself on eight for each
     leaves: ClassVar[float]  # error over the distance of the finer space: as of an order of 0.85 or more

@@ -24,8 +24,9 @@ class Hex8(Hexahedron):
     N_a = (1 + xi_a xi)(1 + eta_a eta)(1 + zeta_a zeta)/8 on [-1, 1]^3, eight Gauss points. Displacements
     converge with h^2 and strains with h. With all eight points for everything (`integration = full`) it locks from a
     Poisson ratio of about 0.45: the beam of 2008 at 0.49 sinks 127 mm where 133 mm are right. With `integration =
-    selective`, what belongs to the modulus lambda is taken at the centre of the cell only, and it does not lock (Malkus
-    and Hughes 1978). Source: Zienkiewicz, Taylor and Zhu (2013), sections 6 and 10.
+    selective`, what belongs to the modulus lambda is taken once per cell, of its mean deformation gradient, and it does
+    not lock (Malkus and Hughes 1978; cells of any form pass the patch test: Flanagan and Belytschko 1981).
+    Source: Zienkiewicz, Taylor and Zhu (2013), sections 6 and 10.
     """
 
     name: ClassVar[str] = "hex8"

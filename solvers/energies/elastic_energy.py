@@ -259,7 +259,7 @@ class Elastic(Energy):
 
 @dataclass(frozen=True)
 class Together(Energy):
-    """The sum of energies that share their stencils, as one: shear at eight points and volume at one, for example."""
+    """The sum of energies that share their stencils, as one: such as shear at all points and volume once per cell."""
 
     cellular = True
 

@@ -21,10 +21,10 @@ from softmark.solvers.independent_forces.solid_forces import (
     Ints,
     Stress,
     StressTerm,
-    gradients,
+    at_points,
+    kinematics,
     polar,
     rule,
-    shape,
 )
 from softmark.solvers.independent_forces.stress_by_differences import with_error
 
@@ -77,16 +77,15 @@ class Course:
     measure: Measure
     depth: float = 0.0
 
-    def held(self, points: Floats, cells: Ints, kind: str, centre: bool = False) -> Floats:
+    def held(self, points: Floats, cells: Ints, kind: str, mean: bool = False) -> Floats:
         """What that comes to at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff stress."""
-        xi, _ = rule(kind, centre)
-        dNdX, _ = gradients(points, cells, kind, xi)
-        steps, N = weights(self.times, self.g, self.tau), shape(kind, xi)
+        dNdX, _, hoop = kinematics(points, cells, kind, rule(kind), self.depth, mean)
+        steps = weights(self.times, self.g, self.tau)
         found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
         for weight, u in zip(steps, self.states, strict=True):
             F = np.einsum("mai,mqaJ->mqiJ", u[cells] - u[cells[:, :1]], dNdX) + np.eye(3)
-            if self.depth:
-                F[..., 2, 2] = 1.0 + (u[cells][:, :, 0] @ N.T) / (points[cells][:, :, 0] @ N.T)
+            if hoop is not None:
+                F[..., 2, 2] = 1.0 + at_points(hoop, u[cells][:, :, 0])
             S = self.second(F.reshape(-1, 3, 3))
             found, before = found + weight * (S - before), S
         return found
@@ -140,7 +139,7 @@ class RememberingBody(CheckedBody):
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         """P of the points of some cells (n, 3, 3), and the error of its entries, Pa."""
-        return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.centre))
+        return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.mean))
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ class VaryingBody(CheckedBody):
         X = points_in(self.points, cells, self.kind, xi)
         E, nu = self.constants(X.reshape(-1, 3))
         mu, lam = (m.reshape(len(cells), -1) for m in moduli(E, nu))
-        if term.centre or tetrahedra:
+        if term.mean or tetrahedra:
             w = w if tetrahedra else w * solid_forces.gradients(self.points, cells, kind, xi)[1]
             w = w * X[..., 0] if self.depth else w  # of whole rings
             share = np.broadcast_to(w, mu.shape) / np.broadcast_to(w, mu.shape).sum(axis=1, keepdims=True)
@@ -86,14 +86,14 @@ def terms(material: Any, strain: str, selective: bool) -> tuple[VaryingTerm, ...
     if not selective:
         return (_term(law),)
     known = law
-    return _term(lambda mu, lam: known(mu, 0.0 * lam)), _term(lambda mu, lam: known(0.0 * mu, lam), centre=True)
+    return _term(lambda mu, lam: known(mu, 0.0 * lam)), _term(lambda mu, lam: known(0.0 * mu, lam), mean=True)
 
 
-def _term(of: Moduli, centre: bool = False) -> VaryingTerm:
+def _term(of: Moduli, mean: bool = False) -> VaryingTerm:
     def none(F: Floats) -> Floats:
         raise ValueError("the stress of a law whose constants vary, without them")
 
-    return VaryingTerm(none, centre, of)
+    return VaryingTerm(none, mean, of)
 
 
 def _finite(material: Any, selective: bool) -> tuple[VaryingTerm, ...] | None:
@@ -118,7 +118,7 @@ def _finite(material: Any, selective: bool) -> tuple[VaryingTerm, ...] | None:
         return (_term(lambda mu, lam: EnergyStress(whole(mu, lam))),)
     return (
         _term(lambda mu, lam: EnergyStress(shear(mu, lam))),
-        _term(lambda mu, lam: EnergyStress(rest(mu, lam)), centre=True),
+        _term(lambda mu, lam: EnergyStress(rest(mu, lam)), mean=True),
     )
 
 
@@ -137,7 +137,7 @@ def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
 def relaxed(term: VaryingTerm) -> VaryingTerm:
     """The same in a plate whose faces are free."""
     of = term.of
-    return VaryingTerm(term.stress, term.centre, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
+    return VaryingTerm(term.stress, term.mean, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
 
 
 def pressed(material: Any, strain: str, constants: Constants) -> Callable[[Floats], Split]:

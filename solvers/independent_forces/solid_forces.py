@@ -102,7 +102,7 @@ def slope(kind: Cell, xi: Floats) -> Floats:
 
 
 @cache
-def rule(kind: Cell, centre: bool = False) -> tuple[Floats, Floats]:
+def rule(kind: Cell) -> tuple[Floats, Floats]:
     """Local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
 
     Gauss's in cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973) for
@@ -111,14 +111,14 @@ def rule(kind: Cell, centre: bool = False) -> tuple[Floats, Floats]:
     d, many = len(_known(kind).monomials[0]), len(_known(kind).quadrature()[1])
     if wedged(kind):
         flat = places(kind)[:3, :2]
-        inner = flat.mean(axis=0, keepdims=True) if many == 2 or centre else 1.0 / 6.0 + 0.5 * flat
-        return along((inner, np.full(len(inner), 0.5 / len(inner))), [0.0] if centre else [-(3**-0.5), 3**-0.5])
+        inner = flat.mean(axis=0, keepdims=True) if many == 2 else 1.0 / 6.0 + 0.5 * flat
+        return along((inner, np.full(len(inner), 0.5 / len(inner))), [-(3**-0.5), 3**-0.5])
     if square(kind):
-        return _gauss(kind, 1 if centre else round(many ** (1 / d)))
-    if many == 4 and not centre:
+        return _gauss(kind, round(many ** (1 / d)))
+    if many == 4:
         a = (5.0 - np.sqrt(5.0)) / 20.0
         return a + (1.0 - 4.0 * a) * places(kind)[:4], np.full(4, 1.0 / 24.0)
-    if many == 6 and not centre:
+    if many == 6:
         return strang()
     return np.full((1, d), 1.0 / (d + 1)), np.array([1.0 / 6.0 if d == 3 else 0.5])
 
@@ -161,6 +161,22 @@ def cofactor(J: Floats) -> tuple[Floats, Floats]:
             cof[i, j] = a[k, m] * a[l, n] - a[k, n] * a[l, m]
     det = a[0, 0] * cof[0, 0] + a[0, 1] * cof[0, 1] + a[0, 2] * cof[0, 2]
     return np.moveaxis(cof, (0, 1), (-2, -1)), det
+
+
+def kinematics(
+    points: Floats, cells: Ints, kind: str, rule: tuple[Floats, Floats], depth: float = 0.0, mean: bool = False
+) -> tuple[Floats, Floats, Any]:
+    """dN/dX (m, q, a, 3) in 1/m, volumes (m, q), m^3, and N/r (m, q, a), 1/m, of a slice; means of cells have q = 1."""
+    dNdX, det = gradients(points, cells, kind, rule[0])
+    w, hoop = rule[1] * det, None
+    if depth:
+        r = at_points(N := shape(kind, rule[0]), points[cells][:, :, 0])
+        w, hoop = w * (2.0 * np.pi * r / depth), N / r[..., None]
+    if mean:
+        V = w.sum(axis=1, keepdims=True)
+        dNdX = np.einsum("mq,mqaJ->maJ", w / V, dNdX)[:, None]
+        w, hoop = V, None if hoop is None else np.einsum("mq,mqa->ma", w / V, hoop)[:, None]
+    return dNdX, w, hoop
 
 
 def at_points(N: Floats, nodal: Floats) -> Floats:
@@ -233,10 +249,10 @@ def corotational_stress(mu: Any, lam: Any) -> Stress:
 
 @dataclass(frozen=True)
 class StressTerm:
-    """A part of the stress, and whether it is taken at the centre of each cell only."""
+    """A part of the stress, and whether it is taken once for each cell, of the mean deformation gradient."""
 
     stress: Stress
-    centre: bool = False
+    mean: bool = False
 
 
 @dataclass(frozen=True)
@@ -263,10 +279,10 @@ class CheckedBody:
         size = max(1, CHUNK // len(rule(self.kind)[1] if self.rules is None else self.rules[1][0]))
         return (slice(start, start + size) for start in range(0, len(cells), size))
 
-    def _rule(self, at: slice, centre: bool = False) -> tuple[Floats, Floats]:
-        """Local points (q, 3) or (m, q, 3), and weights, of a term in some of the cells; not of a centre alone."""
-        if self.rules is None or centre or len(places(self.kind)) == 4:
-            return rule(self.kind, centre)
+    def _rule(self, at: slice, mean: bool = False) -> tuple[Floats, Floats]:
+        """Local points (q, 3) or (m, q, 3), and weights, of a term in some of the cells; means need no finer rule."""
+        if self.rules is None or mean or len(places(self.kind)) == 4:
+            return rule(self.kind)
         return self.rules[0][at], self.rules[1][at]
 
     def forces(self, cells: Ints) -> tuple[Floats, float]:
@@ -286,24 +302,22 @@ class CheckedBody:
 
     def _local(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
         """Nodal forces of some cells (m, a, 3), N, and what rounding and differences may leave in them (m, a), N."""
-        xi, weights = self._rule(at, term.centre)
-        dNdX, det = gradients(self.points, cells, self.kind, xi)
-        w = weights * det
+        own = self.points, cells, self.kind, self._rule(at, term.mean)
+        dNdX, w, hoop = kinematics(*own, self.depth, term.mean)
         U = self.u[cells] - self.u[cells[:, :1]]
         R = self._rotation(cells, U) if self.turned else np.broadcast_to(np.eye(3), (len(cells), 3, 3))
         if self.turned:  # displacements in the frame that turns with the cell
             X = self.points[cells] - self.points[cells[:, :1]]
             U = (X + U) @ R - X
         F = U.swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
-        if self.depth:
-            r, F[..., 2, 2] = self._rings(cells, xi)
-            w = w * (2.0 * np.pi * r / self.depth)
+        if hoop is not None:
+            F[..., 2, 2] = 1.0 + at_points(hoop, self.u[cells][:, :, 0])
         P, error = self._stress(cells, term, F.reshape(-1, 3, 3), at)
         P = P.reshape(F.shape)
         f = (dNdX @ (w[..., None, None] * P).swapaxes(2, 3)).sum(axis=1)
-        if self.depth:  # a ring pulls its nodes to the axis, and nothing along z
+        if hoop is not None:  # a ring pulls its nodes to the axis, and nothing along z
             f[:, :, 2] = 0.0
-            f[:, :, 0] += at_points(shape(self.kind, xi).swapaxes(-1, -2), w * P[..., 2, 2] / r)
+            f[:, :, 0] += at_points(hoop.swapaxes(-1, -2), w * P[..., 2, 2])
         unsure = EPS * self.stiff * np.maximum(1.0, np.abs(F).max(axis=(2, 3)))
         unsure = unsure + np.broadcast_to(error, len(P.reshape(-1, 3, 3))).reshape(unsure.shape)
         size = np.einsum("mq,mqa->ma", np.abs(w) * unsure, np.linalg.norm(dNdX, axis=3))
@@ -313,23 +327,9 @@ class CheckedBody:
         """P of the points of some cells (n, 3, 3), Pa, and the error of its entries; `at`: their place in the body."""
         return with_error(term.stress, F)
 
-    def _rings(self, cells: Ints, xi: Floats) -> tuple[Floats, Floats]:
-        """Distances from the axis, m, and by how much rings there have grown (m, q)."""
-        N = shape(self.kind, xi)
-        r = at_points(N, self.points[cells][:, :, 0])
-        return r, 1.0 + at_points(N, self.u[cells][:, :, 0]) / r
-
-    def _through(self, cells: Ints) -> Any:
-        """Which cells (m,) were drawn through the axis, as nodes tell."""
-        far = self.points[:, 0].max()
-        return np.any(self.points[cells][:, :, 0] + self.u[cells][:, :, 0] < -THROUGH * far, axis=1)
-
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
-        xi, weights = rule(self.kind)
-        dNdX, det = gradients(self.points, cells, self.kind, xi)
-        w = weights * det
-        G = np.einsum("mq,mqaJ->maJ", w, dNdX) / w.sum(axis=1)[:, None, None]
-        return polar(np.einsum("mai,maJ->miJ", U, G) + np.eye(3))
+        G = kinematics(self.points, cells, self.kind, rule(self.kind), mean=True)[0][:, 0]
+        return polar(U.swapaxes(1, 2) @ G + np.eye(3))
 
     def volumes(self) -> tuple[Floats, Floats]:
         """Least det F of each cell at its integration points and at its nodes (m,), and the largest strain (m,).
@@ -346,10 +346,13 @@ class CheckedBody:
             dNdX, _ = gradients(self.points, some, self.kind, xi)
             F = (self.u[some] - self.u[some[:, :1]]).swapaxes(1, 2)[:, None] @ dNdX + np.eye(3)
             if self.depth:
-                within = slice(len(rule(self.kind)[0]))  # on the axis itself a ring has no length
-                F[:, within, 2, 2] = self._rings(some, xi[within])[1]
+                hoop = kinematics(self.points, some, self.kind, rule(self.kind), self.depth)[2]
+                F[:, : hoop.shape[1], 2, 2] = 1.0 + at_points(hoop, self.u[some][:, :, 0])  # no node: none on the axis
             J = cofactor(F)[1].min(axis=1)
-            least.append(np.where(self._through(some), -np.abs(J), J) if self.depth else J)
+            if self.depth:  # cells that were drawn through the axis, as nodes tell
+                through = (self.points + self.u)[some, 0] < -THROUGH * self.points[:, 0].max()
+                J = np.where(through.any(axis=1), -np.abs(J), J)
+            least.append(J)
             green = 0.5 * (F.swapaxes(2, 3) @ F - np.eye(3))
             most.append(np.sqrt((green**2).sum(axis=(2, 3))).max(axis=1))
         return np.concatenate(least), np.concatenate(most)

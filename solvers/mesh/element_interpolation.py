@@ -53,9 +53,21 @@ def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | N
     return Integration(np.ascontiguousarray(dNdX), w, element.shape(xi))
 
 
-def centre_rule(element: type[Element]) -> Rule:
-    """One point in the middle of the cell."""
-    return np.array([element.centre]), np.array([element.volume])
+def mean_gradients(mesh: Mesh, revolved: bool = False) -> Integration:
+    """One point for each cell, with the mean over the cell of every gradient, and the volume of the cell.
+
+    The mean gradient is exact for a displacement of constant gradient, as is the gradient at the centre. Its nodal
+    forces of a constant stress are int dN_a/dX dV, which the gradient at the centre gives in parallelepipeds only. So
+    cells of any form pass the patch test. Source: Flanagan and Belytschko (1981), "A uniform strain hexahedron and
+    quadrilateral with orthogonal hourglass control". For cells that are `revolved` about the y axis gradients are means
+    over whole rings, and shape functions over the slice.
+    """
+    parts = integration(mesh)
+    w, N = parts.w[:, None, :], np.broadcast_to(parts.N, parts.dNdX.shape[:3])
+    ring = w * parts.at_points(mesh.points[mesh.cells, 0])[:, None, :] if revolved else w
+    each = ring @ parts.dNdX.reshape(*parts.w.shape, -1) / ring.sum(axis=2, keepdims=True)
+    dNdX = np.ascontiguousarray(each.reshape(len(w), 1, -1, 3))
+    return Integration(dNdX, w.sum(axis=2), w @ N / w.sum(axis=2, keepdims=True))
 
 
 KEPT = (4, 64, 50_000)  # sets of points whose places in a mesh are kept: always, at most, and points of all together

@@ -12,7 +12,7 @@ from softmark.solvers.elements.element import Element
 from softmark.solvers.energies import displacement_gradient_scaling
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
 from softmark.solvers.materials.volumetric_constraints import Mixed
-from softmark.solvers.mesh.element_interpolation import Rule, centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import Integration, Rule, integration, mean_gradients
 from softmark.solvers.mesh.mesh import Floats, Mesh
 from softmark.solvers.mesh.pressure_interpolation import pressures
 
@@ -78,13 +78,7 @@ class State:
 
     def _gradient(self, rule: Rule) -> Floats:
         """du_i/dX_J (m, q, 3, 3)."""
-        parts = integration(self.mesh, rule=rule)
-        H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
-        if self.revolved:  # rings grow as they move out; on the axis by as much as along x
-            N, cells = parts.N, self.mesh.cells
-            r, out = self.mesh.points[cells, 0] @ N.T, self.u[cells, 0] @ N.T
-            far = r > AXIS * self.mesh.extent
-            H[..., 2, 2] = np.where(far, out / np.where(far, r, 1.0), H[..., 0, 0])
+        H = self._gradient_of(integration(self.mesh, rule=rule))
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
 
@@ -92,13 +86,22 @@ class State:
             H[..., 2, 2] = thickness(law, _deformation(H)).reshape(H.shape[:2]) - 1.0
         return H
 
+    def _gradient_of(self, parts: Integration) -> Floats:
+        """du_i/dX_J (m, q, 3, 3), by the nodes alone."""
+        H: Floats = np.einsum("mai,mqaJ->mqiJ", self.u[self.mesh.cells], parts.dNdX, optimize=True)
+        if self.revolved:  # rings grow as they move out; on the axis by as much as along x
+            r, out = (parts.at_points(values[self.mesh.cells, 0]) for values in (self.mesh.points, self.u))
+            far = r > AXIS * self.mesh.extent
+            H[..., 2, 2] = np.where(far, out / np.where(far, r, 1.0), H[..., 0, 0])
+        return H
+
     def _stress(self, H: Floats, rule: Rule) -> Floats:
         """Cauchy stress (m, q, 3, 3), Pa. Raises NoStress."""
         laws = parts_for(self._made_of(rule), self.strain) if self.way == "selective" else None
-        if laws is not None:  # of shear at the point, and of the volume at the centre of the cell
+        if laws is not None:  # of shear at the point, and of the volume by the mean gradient of the cell
             of_volume = (parts_for(self._means(), self.strain) or laws)[1]
-            middle = self._gradient(centre_rule(self.mesh.element))
-            volume = self._pushed(_piola(of_volume, middle), middle)  # (m, 1, 3, 3)
+            mean = self._gradient_of(mean_gradients(self.mesh, self.revolved))
+            volume = self._pushed(_piola(of_volume, mean), mean)  # (m, 1, 3, 3)
             return self._pushed(_piola(laws[0], H), H) + volume
         if self.way in ("full", "selective"):
             return self._pushed(_piola(law_for(self._made_of(rule), self.strain), H), H)

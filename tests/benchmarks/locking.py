@@ -27,7 +27,7 @@ from softmark.solvers.energies.external_loads import DeadForces, FollowerPressur
 from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy, MeanDilatation
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
 from softmark.solvers.mesh.cell_splitting import chessboard, meshed
-from softmark.solvers.mesh.element_interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Linear, Statics, equilibrium
@@ -52,7 +52,7 @@ def energy_of(mesh: Mesh, form: str, what: Any) -> Any:
     if form == "mean_dilatation" and split is not None:
         return MeanDilatation(*body, split.shape, split.constraint, split.modulus)
     if form == "selective":
-        middle, laws = integration(mesh, rule=centre_rule(mesh.element)), parts_for(what, "small")
+        middle, laws = mean_gradients(mesh), parts_for(what, "small")
         assert laws is not None
         return Together((Elastic(*body, laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
     return Elastic(*body, law_for(what, "small"))

@@ -33,7 +33,7 @@ from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
-from softmark.solvers.mesh.element_interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.spring_edges import network
 from softmark.solvers.mesh.structured_meshes import PlaneMesh, solid
@@ -95,7 +95,7 @@ def integrated(cells: Elastic, mesh: Mesh, element: str, material: Any, strain: 
         laws = parts_for(material, strain)
         if laws is None:
             raise SystemExit(f"{material} does not come apart")
-        middle = integration(mesh, rule=centre_rule(mesh.element))
+        middle = mean_gradients(mesh)
         return Together((replace(cells, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
     known: Any = cells.law
     if strain == "corotational" and mesh.kind == "tet4":

@@ -64,12 +64,16 @@ def test_the_calibrated_beam_is_within_a_millimetre_of_the_scan(
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["silicone-beam-calibrated"])
 def test_with_the_printed_modulus_it_is_six_millimetres_away(scene: str, needs_data: Callable[[str], None]) -> None:
-    """60 kPa: 6.05 mm for the converged solid, 12.6 % (REFERENCES, 1.4); the skin here is a coarser one, to 5 %."""
+    """60 kPa: 6.05 mm for the converged solid, 12.6 % (REFERENCES, 1.4), by a mean over nodes; the rod, to 5 %.
+
+    The mean over the area of the skin is 5.71 mm for mixed hexahedra of 27 nodes in cells of 10 mm, whose tip is within
+    0.1 mm of that solid's; selective hexahedra leave 0.06 mm less in cells of 7 mm: to 2 %.
+    """
     printed = softmark.load(scene, E="60 kPa")
     needs_data(printed.scene.source.text)
     data = json.loads(printed.run(models=["finite_hex", "rod"]).dumps())["models"]
-    for name in ("finite_hex", "rod"):
-        assert data[name]["metrics"]["gap"]["value"] == pytest.approx(6.05e-3, rel=0.05)
+    for name, right, near in (("finite_hex", 5.71e-3, 0.02), ("rod", 6.05e-3, 0.05)):
+        assert data[name]["metrics"]["gap"]["value"] == pytest.approx(right, rel=near)
         assert data[name]["metrics"]["gap"]["meaningful"]
 
 

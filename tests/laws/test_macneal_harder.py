@@ -39,7 +39,8 @@ def scene(path: Path, body: str, nodes: np.ndarray, moved: np.ndarray, model: st
 @pytest.mark.parametrize(
     "model",
     ["hex8, strain = small", "hex20, strain = small",
-     "hex27, strain = small", "hex8, strain = small, formulation = mean_dilatation"],
+     "hex27, strain = small", "hex8, strain = small, formulation = mean_dilatation",
+     "hex8, strain = small, integration = selective"],
 )  # fmt: skip
 def test_the_patch_of_solids(model: str, tmp_path: Path) -> None:
     X = meshio.abaqus.read(SOLID).points

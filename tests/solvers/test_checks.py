@@ -28,7 +28,7 @@ from softmark.solvers.independent_forces.rod_forces import CheckedRod, exponenti
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, parts_for
 from softmark.solvers.materials.polar_decomposition import rotations
-from softmark.solvers.mesh.element_interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
 
@@ -59,13 +59,12 @@ def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
     assert solid_forces.places(kind) == pytest.approx(CELLS[kind].places())
     assert solid_forces.shape(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
     assert solid_forces.slope(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
-    for centre in (False, True):  # points of the same polynomials, in any order
-        (own, w), (known, v) = (
-            solid_forces.rule(kind, centre),
-            (CELLS[kind].quadrature(), centre_rule(CELLS[kind]))[centre],
-        )
-        assert w @ own**2 == pytest.approx(v @ known**2, abs=1e-13)
-        assert len(w) == len(v)
+    (own, w), (known, v) = (
+        solid_forces.rule(kind),
+        CELLS[kind].quadrature(),
+    )  # points of the same polynomials, in any order
+    assert w @ own**2 == pytest.approx(v @ known**2, abs=1e-13)
+    assert len(w) == len(v)
 
 
 def test_rotations_are_the_nearest_ones_flat_and_inverted_too() -> None:
@@ -93,10 +92,10 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
         if "selective" not in mesh.element.integrations:
             pytest.skip("of linear hexahedra")
         shear, volume = parts_for(GEL, strain) or ()
-        middle = integration(mesh, rule=centre_rule(mesh.element))
+        middle = mean_gradients(mesh)
         energies = [Elastic(mesh.cells, parts.dNdX, parts.w, shear), Elastic(mesh.cells, middle.dNdX, middle.w, volume)]
         two = (EnergyStress(shear.psi), EnergyStress(volume.psi)) if law is None else (law(MU, 0.0), law(0.0, LAM))
-        terms = (solid_forces.StressTerm(two[0]), solid_forces.StressTerm(two[1], centre=True))
+        terms = (solid_forces.StressTerm(two[0]), solid_forces.StressTerm(two[1], mean=True))
     g = Assembly(u.size, np.zeros(0, dtype=np.int64), energies, []).gradient(u.ravel(), 1.0)
     found, noise = solid_forces.CheckedBody(mesh.points, mesh.cells, mesh.kind, u, terms, 1.0).forces(mesh.cells)
     assert np.abs(found.ravel() - g).max() < SAME * np.abs(g).max()

@@ -21,7 +21,7 @@ from softmark.solvers.energies.elastic_energy import Elastic, Together
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law, law_for, parts_for
-from softmark.solvers.mesh.element_interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -137,7 +137,7 @@ def energy(mesh: Mesh, material: str, strain: str, integrated: str) -> Energy:
     own, parts = made(material, YOUNG, POISSON), integration(mesh)
     if integrated == "full":
         return Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, strain))
-    laws, middle = parts_for(own, strain), integration(mesh, rule=centre_rule(mesh.element))
+    laws, middle = parts_for(own, strain), mean_gradients(mesh)
     assert laws is not None
     shear = Elastic(mesh.cells, parts.dNdX, parts.w, laws[0])
     return Together((shear, Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))

@@ -22,7 +22,7 @@ from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
-from softmark.solvers.mesh.element_interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.mesh.spring_edges import network
@@ -62,7 +62,7 @@ def cells(kind: str, law: str) -> Elastic:
 
 def selective(law: str) -> Together:
     mesh, full = block("hex8"), cells("hex8", law)
-    middle = integration(mesh, rule=centre_rule(mesh.element))
+    middle = mean_gradients(mesh)
     parts = parts_for(made(law, 1.0, 0.3), "finite")
     assert parts is not None
     first = Elastic(full.cells, full.dNdX, full.w, parts[0])

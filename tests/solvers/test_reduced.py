@@ -21,7 +21,7 @@ from softmark.solvers.energies.external_loads import DeadForces, FollowerPressur
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.materials.polar_decomposition import rotations
-from softmark.solvers.mesh.element_interpolation import centre_rule, integration
+from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.model_reduction.cell_energies import apart, cells_of, part, pressed
@@ -55,7 +55,7 @@ def mass(mesh: Mesh) -> sparse.csr_matrix:
 
 def energies(mesh: Mesh) -> dict[str, Energy]:
     """Every kind of energy over cells."""
-    parts, middle = integration(mesh), integration(mesh, rule=centre_rule(mesh.element))
+    parts, middle = integration(mesh), mean_gradients(mesh)
     soft = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "corotational")
     A = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "small").dPdF(np.eye(3)[None])[0]
     one = Elastic(mesh.cells, parts.dNdX, parts.w, soft)

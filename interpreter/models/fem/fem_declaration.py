@@ -42,11 +42,11 @@ class Fem(MadeOf, Model):
     it turns. `corotational`: linear elasticity in the frame of the polar rotation of each integration point,
     with its exact derivatives; right for large rotations and small strains. `finite`: the material's own law,
     right for both. The first two take the moduli that the material has at rest.
-    `integration = selective` (hex8): what belongs to the modulus lambda is taken at the centre of each cell only, which
-    frees it from volumetric locking. `rotation = element` (corotational): one rotation for each cell, as simulators in
-    real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent` integrates the shape
-    functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives every node of the
-    mesh the same, which is wrong wherever the mesh is graded.
+    `integration = selective` (hex8): the energy of the modulus lambda is evaluated once per cell, for the cell's mean
+    deformation gradient, so the element does not lock. `rotation = element` (corotational): one rotation for each cell,
+    as simulators in real time have it; its forces have no energy. `mass`: how weight is put on nodes. `consistent`
+    integrates the shape functions, `lumped` shares each cell's mass by the diagonal of its mass matrix, `uniform` gives
+    every node of the mesh the same, which is wrong wherever the mesh is graded.
 
     `formulation` frees elements from locking near incompressibility. `mixed` has pressures as unknowns beside the
     displacements, and takes every Poisson's ratio up to and including 0.5: linear and continuous in tet10, hex20 and

@@ -308,7 +308,7 @@ def _of_solid(model: Fem, case: Case) -> tuple[tuple[StressTerm, ...], float]:
         return _finite_terms(case.material, selective), stiff
     law = solid_forces.small_stress if strain == "small" else solid_forces.corotational_stress
     if selective:
-        return (StressTerm(law(mu, 0.0)), StressTerm(law(0.0, lam), centre=True)), stiff
+        return (StressTerm(law(mu, 0.0)), StressTerm(law(0.0, lam), mean=True)), stiff
     return (StressTerm(law(mu, lam)),), stiff
 
 
@@ -325,4 +325,4 @@ def _finite_terms(material: Any, selective: bool) -> tuple[StressTerm, ...]:
         return (StressTerm(EnergyStress(law.psi)),)
     shear = parts[0]
     rest = EnergyStress(lambda F: law.psi(F) - shear.psi(F))
-    return StressTerm(EnergyStress(shear.psi)), StressTerm(rest, centre=True)
+    return StressTerm(EnergyStress(shear.psi)), StressTerm(rest, mean=True)
