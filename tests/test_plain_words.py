@@ -21,9 +21,10 @@ FIRST = re.compile(
 SAME_ROLE = {"__init__", "__main__"}
 # A module's name is a noun: none of these participles, prepositions and adverbs.
 NOT_NOUNS = """
-above afloat after apart around asked away before behind below beside between beyond carried disturbed doubts drawn found
-given gone held kept known lacking left made meant named out outside pressed rubbing said seen shown shared stated stressed
-taken tied told touched touching turned turning unchecked varying within without
+above afloat after apart around asked away before behind below beside between beyond carried
+disturbed doubts drawn found given gone held kept known lacking left made meant named out outside
+pressed rubbing said seen shown shared stated stressed taken tied told touched touching turned
+turning unchecked varying within without
 """
 NO_NOUN = frozenset(NOT_NOUNS.split())
 
