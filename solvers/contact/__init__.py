@@ -1,1 +1,1 @@
-"""Contact of deformable bodies with rigid ones: gaps, their barrier, and the energy of a surface that keeps clear."""
+"""Contact with rigid bodies and between deformable bodies: gaps, barriers, friction, ties and free rigid bodies."""

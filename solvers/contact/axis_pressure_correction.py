@@ -1,7 +1,8 @@
-"""Pressures of linear cells at an axis of revolution, where those of nodes are off whatever the size of the cells.
+"""Correction of contact pressures of linear cells at the axis of revolution.
 
-A node on the axis has 20 % too much (with one point for the volume; 8 % too little with all) and the next ring the rest
-of it: what linear cells make of a field that goes with r^2 is no such field at r = 0. Both together are right.
+The nodal pressure on the axis is 20 % too high (with one integration point for the volume; 8 % too low with full
+integration), whatever the cell size, and the next ring of nodes carries the opposite error: linear cells cannot
+represent a field that varies with r^2 at r = 0. The force on the axis node and its ring together is right.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ NEXT = 1.125  # the same of the ring after it
 
 
 def mended(p: Floats, area: Floats, corners: Ints, r: Floats, alike: Ints) -> Floats:
-    """Pressures p (n,), Pa, of nodes at r (n,), m, by what the axis and its ring have together: the force is the same.
+    """Return pressures p (n,), Pa, of nodes at radii r (n,), m, corrected on the axis and on the ring next to it.
 
-    The mean of both, and the ring after them, tell the even parabola that the axis is taken from. `area` (n,), m^2, is
-    what nodes stand for, all that are `alike` (n,) together; facets have `corners` (k, 4). A surface may meet the axis
-    more than once, above and below.
+    The force on both together is kept. Their mean and the ring after them give the even parabola that the corrected
+    values lie on. `area` (n,), m^2, is the area of each node, summed over all nodes with the same number in `alike`
+    (n,); facets have `corners` (k, 4). A surface may meet the axis more than once, above and below.
     """
     found, axis = p.copy(), r < ON * float(r.max(initial=0.0))
     for one in np.unique(alike[corners[axis[corners]]]):
@@ -36,7 +37,7 @@ def mended(p: Floats, area: Floats, corners: Ints, r: Floats, alike: Ints) -> Fl
 
 
 def _mend(found: Floats, p: Floats, area: Floats, r: Floats, tip: Bools, ring: Bools, after: Ints) -> None:
-    """Of one place on the axis: nodes there, those of the ring, and those of the ring `after` it by their numbers."""
+    """Correct one place on the axis: masks of its nodes and of the ring, and node numbers of the ring `after` it."""
     a, b = area[tip].max(), area[ring].max()
     mean = (a * p[tip].max() + b * p[ring].max()) / (a + b)
     share = BOTH * r[ring].max() ** 2

@@ -1,4 +1,4 @@
-"""The law of a gap: no pressure beyond a distance, and more than a body can bear before it closes."""
+"""Barrier law: contact pressure as a function of the gap, zero beyond a distance and very stiff near touch."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from softmark.solvers.energies.energy import Floats
 
 @dataclass(frozen=True)
 class Barrier:
-    """Pressure stiffness * s^2 / (1 - s), s = 1 - g / distance the share of a `distance` (m) that a gap g has lost.
+    """Barrier pressure stiffness * s^2 / (1 - s), with s = 1 - g / distance for a gap g below the `distance` (m).
 
-    From the share `bend` on it goes on as a straight line, so that a state on the way, which may lie behind the
-    surface, has an energy and a tangent too: Newton's method goes there and comes back. What it ends on is no answer
-    unless all gaps are positive; the pressure at touch is `most` (Pa), and of bodies that press harder the stiffness
-    (Pa) is raised. It has two continuous derivatives, as barriers that are cut off need (Li et al. 2020, "Incremental
-    potential contact", ACM Trans. Graph. 39:49, eq. 6), but grows as 1 / g instead of ln g near touch.
+    Beyond s = `bend` the pressure continues as a straight line, so that energy and tangent also exist for iterates
+    behind the surface, from which Newton's method returns. A converged state is valid only if all gaps are positive.
+    The
+    pressure at touch is `touch_pressure` (Pa); the stiffness (Pa) is raised for bodies that press harder. The law has
+    two
+    continuous derivatives, as truncated barriers need (Li et al. 2020, "Incremental potential contact", ACM Trans.
+    Graph.
+    39:49, eq. 6), but grows as 1 / g instead of ln g near touch.
     """
 
     distance: float
@@ -27,15 +30,15 @@ class Barrier:
 
     @property
     def most(self) -> float:
-        """The pressure at touch, Pa."""
+        """Pressure at zero gap, Pa."""
         return float(self.pressure(np.zeros(1))[0])
 
     def stiffer(self, factor: float) -> Barrier:
-        """The same with a stiffness so many times as large."""
+        """Return the same barrier with its stiffness multiplied by a factor."""
         return replace(self, stiffness=factor * self.stiffness)
 
     def energy(self, g: Floats) -> Floats:
-        """Per area (n,), J/m^2, of gaps g (n,), m."""
+        """Return the energy per area, J/m^2 (n,), at gaps g (n,), m."""
         s = 1.0 - g / self.distance
         b = np.clip(s, 0.0, self.bend)
         far = np.maximum(s - self.bend, 0.0)
@@ -45,7 +48,7 @@ class Barrier:
         return found
 
     def pressure(self, g: Floats) -> Floats:
-        """Minus its derivative (n,), Pa."""
+        """Return the pressure, Pa (n,), at gaps g (n,), m: minus the derivative of the energy."""
         s = 1.0 - g / self.distance
         b = np.clip(s, 0.0, self.bend)
         first, second = self._slopes(b)
@@ -53,13 +56,13 @@ class Barrier:
         return found
 
     def slope(self, g: Floats) -> Floats:
-        """Its second derivative (n,), Pa/m."""
+        """Return the second derivative of the energy, Pa/m (n,), at gaps g (n,), m."""
         b = np.clip(1.0 - g / self.distance, 0.0, self.bend)
         found: Floats = self.stiffness / self.distance * self._slopes(b)[1]
         return found
 
     def gap(self, pressure: Floats) -> Floats:
-        """Where a pressure (n,), Pa, below that at touch acts (n,), m: its inverse."""
+        """Return the gap, m (n,), at which a pressure (n,), Pa, below that at touch acts: the inverse of `pressure`."""
         y = pressure / self.stiffness
         s = 0.5 * (np.sqrt(y * y + 4.0 * y) - y)
         first, second = self._slopes(np.array(self.bend))
@@ -68,6 +71,6 @@ class Barrier:
 
     @staticmethod
     def _slopes(s: Floats) -> tuple[Floats, Floats]:
-        """Of the share s: s^2 / (1 - s), and its derivative."""
+        """Return s^2 / (1 - s) and its derivative."""
         left = 1.0 - s
         return s * s / left, s * (2.0 - s) / left**2

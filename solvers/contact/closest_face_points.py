@@ -1,4 +1,4 @@
-"""The nearest points of faces: of triangles, and of segments in the plane."""
+"""Closest points on faces: triangles in space, or segments in the plane."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 
 def shares(p: Floats, t: Floats) -> Floats:
-    """Shares (c, k) of the corners of faces t (c, k, d) in the points of them that are nearest to p (c, d)."""
+    """Return the shape functions (c, k) of the corners of faces t (c, k, d) at the points closest to p (c, d)."""
     if t.shape[1] == 2:
         return _of_sides(p, t)
     found = _of_planes(p, t)
@@ -25,31 +25,32 @@ def shares(p: Floats, t: Floats) -> Floats:
 
 
 def away(p: Floats, t: Floats) -> Floats:
-    """The ways (c, d), m, from the points of faces t (c, k, d) that are nearest to p (c, d) to these."""
+    """Return the vectors (c, d), m, from the closest points on faces t (c, k, d) to the points p (c, d)."""
     return _from(shares(p, t), p, t)
 
 
 def least(of: Ints, far: Floats) -> Ints:
-    """Of pairs of things `of` (c,) with others, so `far` (c,), the number of the nearest of each thing."""
+    """Return the index of the nearest pair of each thing, given things `of` (c,) of all pairs and distances `far` (c,)."""
     order = np.lexsort((far, of))
     found: Ints = order[np.unique(of[order], return_index=True)[1]]
     return found
 
 
 def _from(shares: Floats, p: Floats, t: Floats) -> Floats:
+    """Return the vectors from points on faces t, given by the shares of their corners, to the points p."""
     found: Floats = p - np.einsum("ca,cai->ci", shares, t)
     return found
 
 
 def _of_sides(p: Floats, t: Floats) -> Floats:
-    """Of segments (c, 2, d)."""
+    """Return shape functions of the ends of segments t (c, 2, d) at the points closest to p."""
     a = t[:, 1] - t[:, 0]
     s = np.clip(np.einsum("ci,ci->c", p - t[:, 0], a) / np.einsum("ci,ci->c", a, a), 0.0, 1.0)
     return np.stack([1.0 - s, s], axis=1)
 
 
 def _of_planes(p: Floats, t: Floats) -> Floats:
-    """Of the planes of triangles (c, 3, 3)."""
+    """Return barycentric coordinates of the projection of p to the planes of triangles t (c, 3, 3)."""
     a, b, r = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0], p - t[:, 0]
     n = np.cross(a, b)
     size = np.einsum("ci,ci->c", n, n)

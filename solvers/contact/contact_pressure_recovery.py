@@ -1,4 +1,4 @@
-"""What presses on a surface, from the forces at its nodes: a field of pressure, the area in contact, and its border."""
+"""Recovery of the contact pressure, the contact area and its border from the contact forces at nodes."""
 
 from __future__ import annotations
 
@@ -26,23 +26,26 @@ NEWTON = 12  # iterations for the border on a side, which is a cubic with one ro
 
 @dataclass(frozen=True)
 class Pressing:
-    """Normal forces f (n,), N, and gaps g (n,), m, at the nodes of facets (k, m) of a surface that lies at x (n, 3), m.
+    """Pressure field from normal forces f (n,), N, and gaps g (n,), m, at nodes of facets (k, m); positions x (n, 3),
+    m.
 
-    A node's own force over an area of its own is no pressure: of quadratic facets a uniform pressure puts nothing on
-    corners of triangles. So forces at mid-sides go to the corners at their ends, half each: what a corner then has is
-    the pressure times the linear shape function of that corner, integrated, exactly. Over the integral of that function
-    it is a mean around the corner: never negative, of second order, and it comes to the same force. (A consistent mass
-    matrix would undo the mean, and make more of what a coarse mesh has wrong.) Pressures are per area at `x`; with the
-    `depth`, m, of a slice through a body of revolution forces and areas are those of whole rings.
+    The force of a node divided by its own area is no pressure: on quadratic facets a uniform pressure gives no force at
+    the corners of triangles. So forces at mid-sides are moved to the corners at their ends, half each. The force at a
+    corner is then exactly the integral of the pressure times the linear shape function of that corner. Divided by the
+    integral of that function it is a mean around the corner: never negative, of second order, with the same total
+    force.
+    (A consistent mass matrix would undo the mean and amplify errors of a coarse mesh.) Pressures are per area at `x`.
+    With
+    the `depth`, m, of a slice through a body of revolution, forces and areas are those of whole rings.
 
-    Where a surface has an edge, facets around the corner take nothing of what presses on a node of it: around a node of
-    facets that touch all over these tell which way it is pressed.
+    At an edge of the surface, a facet receives no force of a shared node if it leans too far from the facets there that
+    touch with all their nodes: these give the direction of the pressure.
 
-    Nodes with the same number in `alike` (n,) move as one, as those of a slice through its thickness do: what presses
-    on them is told of all together.
+    Nodes with the same number in `alike` (n,) move together, such as those through the thickness of a slice: they share
+    one pressure.
 
-    `modulus`, E / (1 - nu^2), Pa, tells where between two nodes contact ends. Which touch is told by forces,
-    or `on` (n,), where what presses between nodes is part of these.
+    `modulus`, E / (1 - nu^2), Pa, locates the end of contact between two nodes. Nodes in contact are found from forces,
+    or given by `on` (n,) if forces between nodes are included in `f`.
     """
 
     facets: Ints
@@ -56,7 +59,7 @@ class Pressing:
 
     @cached_property
     def corners(self) -> Ints:
-        """Of each facet (k, c)."""
+        """Corner nodes of each facet (k, c)."""
         found: Ints = self.facets[:, : self._facet.corners]
         return found
 
@@ -66,12 +69,12 @@ class Pressing:
 
     @property
     def plain(self) -> type[Facet]:
-        """The facet of its corners alone."""
+        """Facet class that has only the corners of these facets."""
         return FACETS[self._facet.corners]
 
     @cached_property
     def _forces(self) -> Floats:
-        """On corners (n,), N: their own, and equal parts of those of what lies between them."""
+        """Forces on corners (n,), N: their own, and equal parts of the forces of the nodes between them."""
         found, first, done = self.f.copy(), self._facet.corners, np.zeros(len(self.f), dtype=np.bool_)
         for i, ends in enumerate(self._facet.between):  # a node between two facets is another's in each
             nodes, at = np.unique(self.facets[:, first + i], return_index=True)
@@ -82,21 +85,21 @@ class Pressing:
 
     @cached_property
     def _weights(self) -> Floats:
-        """Integrals of linear shape functions of corners over facets (k, c), m^2, that take what presses there."""
+        """Integrals of the linear corner shape functions over facets (k, c), m^2; zero where a facet is not loaded."""
         xi, w = moment_fitted_quadrature.fine(self._facet.corners, POINTS)
         X, N = self.x[self.corners], self.plain.shape(xi)
         t = np.einsum("qaj,kai->jkqi", self.plain.gradient(xi), X)
         dA = w * np.linalg.norm(np.cross(t[0], t[1]), axis=-1)
         if self.depth:
-            from softmark.solvers.energies.axisymmetric import around
+            from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
-            dA = dA * around(np.abs(X[:, :, 0]) @ N.T, self.depth)
+            dA = dA * circumference_in_slices(np.abs(X[:, :, 0]) @ N.T, self.depth)
         found: Floats = (dA @ N) * self._taking
         return found
 
     @cached_property
     def _taking(self) -> Bools:
-        """Whether each facet takes what presses on each of its corners (k, c)."""
+        """Mask of the corners (k, c) whose contact force acts on the facet."""
         c = self.x[self.corners]
         n = np.cross(c[:, 1] - c[:, 0], c[:, -1] - c[:, 0])  # of a quadrilateral that of its first corner is enough
         whole: Bools = np.asarray(self.touching[self.facets].all(axis=1))
@@ -109,14 +112,14 @@ class Pressing:
 
     @cached_property
     def _triangles(self) -> Ints:
-        """Of facets that take some of what presses on them (t, 3)."""
+        """Triangles (t, 3) of facets on which contact forces act, or none of whose corners touch."""
         some = (self._taking & self.touching[self.corners]).any(axis=1) | ~self.touching[self.corners].any(axis=1)
         found: Ints = self.facets[some][:, np.array(self._facet.triangles)].reshape(-1, 3)
         return found
 
     @cached_property
     def pressures(self) -> Floats:
-        """At all nodes (n,), Pa: positive where something presses, and zero elsewhere."""
+        """Contact pressure at all nodes (n,), Pa: positive in contact and zero elsewhere."""
         F = self._forces
         area: Floats = np.bincount(self.corners.ravel(), self._weights.ravel(), minlength=len(F)).astype(np.float64)
         if self.alike is not None:
@@ -134,12 +137,12 @@ class Pressing:
 
     @cached_property
     def largest(self) -> float:
-        """Pa."""
+        """Largest pressure, Pa."""
         return float(self.pressures.max(initial=0.0))
 
     @cached_property
     def touching(self) -> Bools:
-        """Which nodes (n,) touch: those that something presses on, and corners all of whose sides it presses on."""
+        """Mask of nodes in contact (n,): nodes with a contact force, and corners whose sides all have one."""
         each = np.bincount(self.facets.ravel(), minlength=len(self.f)) > 0
         found: Bools = each & (self.f > PRESSED * self.f.max(initial=0.0) if self.on is None else self.on)
         free = np.zeros(len(found), dtype=np.bool_)
@@ -154,13 +157,17 @@ class Pressing:
 
     @cached_property
     def area(self) -> float:
-        """In contact, m^2.
+        """Contact area, m^2.
 
-        It ends between a node that touches and one that does not. Near a border where contact ends smoothly the
-        pressure goes with the root of the distance s from it, p = k s^(1/2), and the gap beyond it with
-        g = 4 k / (3 E') s^(3/2), E' = E / (1 - nu^2): of an elastic body and any smooth rigid one (from the crack's tip
-        field with no intensity, Johnson 1985, "Contact mechanics", 5.1). So p at one node and g at the other tell k and
-        the place of the border between them. Where contact ends at an edge it is off by less than a facet.
+        The border lies between a node in contact and one that is not. Where contact ends smoothly, the pressure at a
+        distance
+        s inside the border is p = k s^(1/2), and the gap outside is g = 4 k / (3 E') s^(3/2), E' = E / (1 - nu^2), for
+        an
+        elastic body on any smooth rigid one (the crack-tip field with no intensity, Johnson 1985, "Contact mechanics",
+        5.1).
+        So p at one node and g at the other give k and the place of the border between them. Where contact ends at an
+        edge
+        the error is less than a facet.
         """
         triangles = self._triangles
         on = self.touching[triangles]
@@ -181,24 +188,25 @@ class Pressing:
 
     @cached_property
     def border(self) -> float:
-        """The area of triangles of which a part is in contact, m^2: what the place of the border is known to."""
+        """Area of the triangles that are partly in contact, m^2: the uncertainty of the contact area."""
         triangles = self._triangles
         on = self.touching[triangles]
         return float(self._areas(triangles)[on.any(axis=1) & ~on.all(axis=1)].sum())
 
     def _areas(self, triangles: Ints) -> Floats:
+        """Return the areas of triangles (t,), m^2."""
         a, b, c = (self.x[triangles[:, i]] for i in range(3))
         found: Floats = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
         if self.depth:
-            from softmark.solvers.energies.axisymmetric import around
+            from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
-            found = found * around(np.abs(self.x[triangles, 0]).mean(axis=1), self.depth)
+            found = found * circumference_in_slices(np.abs(self.x[triangles, 0]).mean(axis=1), self.depth)
         return found
 
     def _share(self, touching: Ints, free: Ints) -> Floats:
-        """How much of the way from a node that touches to one that is free contact goes on (m,): in (0, 1].
+        """Return the fraction in (0, 1] of the lines from touching to free nodes (m,) that is in contact.
 
-        With c = k^(-2/3): p^2 c^3 + (3 E' g / 4)^(2/3) c = h, and the first part is the share.
+        With c = k^(-2/3): p^2 c^3 + (3 E' g / 4)^(2/3) c = h; the first term over h is the fraction.
         """
         way = self.x[touching] - self.x[free]
         h = np.linalg.norm(way if self.alike is None else way[:, :2], axis=1)  # nothing changes through a slice

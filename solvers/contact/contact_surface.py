@@ -1,7 +1,7 @@
-"""The surface of a mesh as fine triangles, or that of a slice as short lines, and points spread over its facets.
+"""Contact surface of a mesh as fine triangles, or of a slice as short lines, with sample points spread over its facets.
 
-Facets are split `parts` times along each side; corners of what they are split into go where shape functions take them.
-So a place on the surface is X + M x of the degrees of freedom x, M sparse: gradients and Hessians go back by M^T.
+Facets are split `parts` times along each side; the corners of the parts move with the shape functions. So a point of
+the surface is X + M x of the degrees of freedom x, M sparse: gradients and Hessians are pulled back by M^T.
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ from softmark.solvers.mesh.plane_boundary import bordering
 
 @dataclass(frozen=True)
 class Skin:
-    """Corners at rest `X` (v, d), m, which move by `M` (d v, dofs), and `faces` (t, d) of them, seen from outside.
+    """Surface with corners at rest `X` (v, d), m, that move by `M` (d v, dofs), and outward faces `faces` (t, d).
 
-    `patch` (v,) numbers the pieces of the body that share no node; `samples` are the last `points` corners, on no
-    face: they stand for areas `A` (points,), m^2, and `of` says on which facet of the mesh each of them lies, as
-    `home` (t,) says of faces. Of a slice d is 2, and areas are those of all its thickness, or of rings.
+    `patch` (v,) numbers the pieces of the body that share no node. The last `points` rows of `X` are sample points,
+    which
+    belong to no face and have areas `A` (points,), m^2. `of` is the mesh facet of each sample, `home` (t,) that of each
+    face. For a slice d is 2, and areas are those of the whole thickness or of rings.
     """
 
     X: Floats
@@ -39,22 +40,22 @@ class Skin:
 
     @property
     def points(self) -> int:
-        """How many samples there are."""
+        """Number of sample points."""
         return len(self.A)
 
     @property
     def corners(self) -> int:
-        """How many corners the faces have."""
+        """Number of corners of the faces."""
         return len(self.X) - self.points
 
     @property
     def flat(self) -> bool:
-        """Whether it is that of a slice."""
+        """True for the surface of a slice, in the plane."""
         return bool(self.X.shape[1] == 2)
 
     @cached_property
     def own(self) -> Ints:
-        """The face (points,) that each sample lies on at rest."""
+        """Face (points,) on which each sample lies at rest."""
         order = np.argsort(self.home, kind="stable")
         first, last = (np.searchsorted(self.home[order], self.of, side) for side in ("left", "right"))
         sample = np.repeat(np.arange(self.points), last - first)
@@ -64,13 +65,13 @@ class Skin:
         return found
 
     def places(self, x: Floats) -> Floats:
-        """Where its corners and samples are (v, d), m, in a state of which displacements come first."""
+        """Return positions of corners and samples (v, d), m, in a state x whose first entries are displacements."""
         found: Floats = self.X + (self.M @ np.asarray(x, dtype=np.float64)[: self.M.shape[1]]).reshape(self.X.shape)
         return found
 
     @property
     def edges(self) -> Ints:
-        """Sides of its faces (e, 2), each once; of a slice the faces themselves."""
+        """Edges of the faces (e, 2), each once; for a slice the faces themselves."""
         if self.flat:
             return self.faces
         both = np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
@@ -80,9 +81,10 @@ class Skin:
 def skin_of(
     mesh: Mesh, dofs: int, parts: int, where: Ints | None = None, flat: bool = False, depth: float = 0.0
 ) -> Skin:
-    """The skin of a mesh with so many degrees of freedom; samples on facets `where` alone (s,), by their numbers.
+    """Return the contact surface of a mesh with `dofs` degrees of freedom; samples only on facets `where` (s,), if
+    given.
 
-    Of a slice `flat`; with a `depth`, m, of one through a body of revolution areas are those of whole rings.
+    `flat` is for a slice; with a `depth`, m, of a slice through a body of revolution areas are those of whole rings.
     """
     facets = np.flatnonzero(bordering(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
     sampled = facets if where is None else np.intersect1d(facets, where)
@@ -93,9 +95,9 @@ def skin_of(
     d = 2 if flat else 3
     X = rows @ mesh.points
     if depth:
-        from softmark.solvers.energies.axisymmetric import around
+        from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
-        A = A * around(X[N.shape[0] :, 0], depth)
+        A = A * circumference_in_slices(X[N.shape[0] :, 0], depth)
     M = sparse.kron(rows, sparse.eye(3, format="csr")[:d], format="csr")
     M = sparse.csr_matrix((M.data, M.indices, M.indptr), shape=(M.shape[0], dofs))
     M.eliminate_zeros()
@@ -104,7 +106,7 @@ def skin_of(
 
 
 def pieces_of(mesh: Mesh) -> Ints:
-    """The number of the piece that each node is of (n,): pieces share no node."""
+    """Return the number of the piece that each node belongs to (n,): pieces share no node."""
     from scipy.sparse.csgraph import connected_components
 
     first = np.repeat(mesh.cells[:, 0], mesh.cells.shape[1])
@@ -115,13 +117,13 @@ def pieces_of(mesh: Mesh) -> Ints:
 
 
 def others(mesh: Mesh) -> Any:
-    """Nodes (n,) of all pieces but the first; None of a body in one piece."""
+    """Return a mask (n,) of the nodes of all pieces but the first; None for a body in one piece."""
     of = pieces_of(mesh)
     return of > 0 if of.any() else None
 
 
 def triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:
-    """Local points (p, 2) of a facet, and triangles (t, 3) of them, counter-clockwise."""
+    """Return local points (p, 2) of a facet with `nodes` nodes, and triangles (t, 3) of them, counter-clockwise."""
     facet = FACETS[nodes]
     step = np.array([(i, j) for i in range(parts + 1) for j in range(parts + 1)])
     number = np.arange((parts + 1) ** 2).reshape(parts + 1, parts + 1)
@@ -135,21 +137,21 @@ def triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:
 
 
 def _lines(nodes: int, parts: int) -> tuple[Floats, Ints]:
-    """Local points of a facet along its first coordinate, and lines (t, 2) of them; `_turned` where z is the first."""
+    """Return local points along the first coordinate of a facet, and lines (t, 2); see `_turned` if that is z."""
     t = np.linspace(-1.0, 1.0, parts + 1)
     return np.stack([t, np.zeros(parts + 1)], axis=1), np.stack([np.arange(parts), np.arange(1, parts + 1)], axis=1)
 
 
 def _turned(mesh: Mesh, facets: Ints) -> Any:
-    """Facets of a slice (f,) whose first coordinate goes along z."""
+    """Return a mask of the facets of a slice (f,) whose first coordinate runs along z."""
     z = mesh.points[mesh.facets[facets], 2]
     return np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
 
 
 def _shapes(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
-    """Shape functions (f, p, k) at local points (p, 2); of a slice along its lines, means through its thickness.
+    """Return shape functions (f, p, k) at local points (p, 2); for a slice, means through its thickness.
 
-    What presses on a slice presses alike all through it: forces on its middle alone would bend facets of eight nodes.
+    Pressure on a slice is uniform through its thickness: forces only at mid-thickness would bend facets of eight nodes.
     """
     facet = FACETS[mesh.facets.shape[1]]
     if not flat:
@@ -162,7 +164,7 @@ def _shapes(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
 
 
 def _rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
-    """Shape functions (f, p, k) as rows over all nodes (f p, n)."""
+    """Return shape functions (f, p, k) as sparse rows over all nodes (f p, n)."""
     f, p, k = N.shape
     columns = np.repeat(mesh.facets[facets][:, None, :], p, axis=1)
     layout = (N.ravel(), columns.ravel(), np.arange(0, f * p * k + 1, k))
@@ -173,7 +175,7 @@ def _rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
 
 
 def _corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, Any, Ints, Ints]:
-    """Corners that facets share are one: a node of each, their rows, the faces, and the facet of each face."""
+    """Return, with shared corners merged: a node of each, their rows, the faces, and the facet of each face."""
     xi, small = split(mesh.facets.shape[1], parts)
     flat = small.shape[1] == 2
     rows = _rows(mesh, facets, _shapes(mesh, facets, xi, flat))
@@ -189,7 +191,7 @@ def _corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, An
 
 
 def _way(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
-    """Lines of a slice (f,) that have the body on their right: they are to have it on their left."""
+    """Return a mask of the lines of a slice (f,) that have the body on their right and must be reversed."""
     ends = (rows @ mesh.points).reshape(len(facets), len(xi), 3)
     along = ends[:, -1] - ends[:, 0]
     c = mesh.points[mesh.facets[facets][:, :4]]
@@ -198,12 +200,13 @@ def _way(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
 
 
 def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
-    """Gauss points of what facets are split into: the facet of each, its row, and the area that it stands for, m^2.
+    """Return Gauss points of the parts of facets: the facet of each, its row, and its area, m^2.
 
-    What presses on a facet presses half on its own samples and half on its flat parts, by samples of the other: so with
-    I N, linear on parts, instead of shape functions N. Samples have 2 N - I N, and both together N: a uniform pressure
-    does what it should at the nodes. (With N a patch of quadratic cells was off by 3 % at its worst point, now by less
-    than 0.4.) And a curved facet is as far within its samples as its flat parts are within it.
+    Half of the pressure on a facet acts on its own samples, and half on its flat parts through samples of the other
+    surface: the latter by I N, linear on parts, instead of the shape functions N. So samples get 2 N - I N, and both
+    together give N: a uniform pressure gives the right nodal forces. (With N the worst error of a patch of quadratic
+    cells
+    was 3 %; it is now below 0.4 %.) A curved facet lies as far inside its samples as its flat parts lie inside it.
     """
     k = mesh.facets.shape[1]
     facet = FACETS[k]
@@ -228,7 +231,7 @@ def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, An
 
 
 def _on_parts(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
-    """Shape functions that are linear on the parts of facets (f, p, k), at local points (p, 2)."""
+    """Return shape functions that are linear on the parts of facets (f, p, k), at local points (p, 2)."""
     corners, small = (_lines if flat else triangles)(mesh.facets.shape[1], parts)
     N = _shapes(mesh, facets, corners, flat)
     if flat:
@@ -247,7 +250,7 @@ def _on_parts(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> F
 
 
 def _gauss(nodes: int, parts: int) -> tuple[Floats, Floats]:
-    """Local points (p, 2) and weights (p,) of a facet: three or four Gauss points in each of its parts."""
+    """Return local points (p, 2) and weights (p,) of a facet: three or four Gauss points in each of its parts."""
     facet = FACETS[nodes]
     if facet.square:
         t, w = np.polynomial.legendre.leggauss(2)

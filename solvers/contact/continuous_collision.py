@@ -1,4 +1,4 @@
-"""Whether points go through a rigid body on a straight way: in on one side of it and out of another."""
+"""Continuous collision check: finds points that pass through a rigid body during a straight motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHORTEST = 1e-5  # of a motion: given up below
 
 @dataclass(frozen=True)
 class Place:
-    """Where the points of a contact are as seen from the rigid body: X (n, 3), m, with their gaps (n,), m."""
+    """Contact points X (n, 3), m, in the frame of the rigid body `own`, with their gaps (n,), m."""
 
     own: Gap
     X: Floats
@@ -27,7 +27,7 @@ class Place:
 
 
 def place(contact: Touching, x: Floats) -> Place:
-    """In a state."""
+    """Return the points of a contact in a state x, in the frame of its rigid body."""
     body, X = contact.body, contact.places(x)
     if isinstance(body, Posed):
         return Place(body.own, back := body.pose.back(X), body.own.gap(back))
@@ -35,9 +35,11 @@ def place(contact: Touching, x: Floats) -> Place:
 
 
 def in_front(contacts: Sequence[Touching], x: Floats, d: Floats, to: Sequence[Touching] | None = None) -> float:
-    """The part of a motion d (dofs,) from x, at most 1, that leads no point through a rigid body, by halves; 0: none.
+    """Return the fraction (at most 1, by halves) of a motion d (dofs,) from x that moves no point through a rigid body.
 
-    Rigid bodies go to where they are in the contacts `to`, whatever the part; without these they stay.
+    It is 0 if there is none. Rigid bodies move to where they are in the contacts `to`, whatever the fraction; by
+    default
+    they stay.
     """
     ends = contacts if to is None else to
     known = [(place(c, x), end) for c, end in zip(contacts, ends, strict=True) if _may(c, end, x, d)]
@@ -50,7 +52,7 @@ def in_front(contacts: Sequence[Touching], x: Floats, d: Floats, to: Sequence[To
 
 
 def _may(start: Touching, end: Touching, x: Floats, d: Floats) -> bool:
-    """Whether a motion is long enough to lead through, and there is another side."""
+    """Return whether a motion is long enough to pass through the body, and the body has another side."""
     way = end.places(x + d) - start.places(x)
     far = float(np.sqrt(np.einsum("ni,ni->n", way, way).max(initial=0.0)))
     moves = start.body is not end.body
@@ -58,10 +60,11 @@ def _may(start: Touching, end: Touching, x: Floats, d: Floats) -> bool:
 
 
 def through(start: Place, end: Place) -> bool:
-    """Whether a point has gone in on one side of the rigid body and is on its way out of another.
+    """Return whether a point has entered the rigid body on one side and is leaving it on another.
 
-    As seen from the rigid body, whose gap is 1-Lipschitz: points that have moved by less than their gaps at both ends
-    have touched nothing. A way is a straight line: over an edge it may cut it by half of its length.
+    Positions are in the frame of the rigid body. Its gap is 1-Lipschitz: points that moved by less than the sum of
+    their
+    gaps at both ends have touched nothing. Paths are straight lines: over an edge the body may cut up to half of one.
     """
     step = end.X - start.X
     far = np.sqrt(np.einsum("ni,ni->n", step, step))
@@ -74,7 +77,7 @@ def through(start: Place, end: Place) -> bool:
 
 
 def _cut(own: Gap, X0: Floats, X1: Floats, far: Floats) -> bool:
-    """Whether a straight way from X0 to X1 (n, 3) leads behind the surface."""
+    """Return whether a straight path from X0 to X1 (n, 3) leads behind the surface."""
     share, least = np.zeros(len(far)), np.minimum(LEAST, 0.5 * (inside(own) or np.inf) / far)
     for _ in range(LOOKS):
         g = own.gap(X0 + share[:, None] * (X1 - X0))

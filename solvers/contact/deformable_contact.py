@@ -1,11 +1,11 @@
-"""Bodies that keep clear of each other, and of themselves: the incremental potential of a barrier, by ipctk.
+"""Contact between deformable bodies, and self-contact: incremental potential contact (IPC) with the library ipctk.
 
-What presses is a barrier of the distance between points spread over the facets of each surface and the triangles of the
-other, integrated over both surfaces, half of it each, so that a uniform pressure is one through meshes that do not
-match. Where a point lies over several triangles each counts once, less their common sides, plus their common corners
-(Li et al. 2023, "Convergent incremental potential contact", arXiv:2307.15908, section 4). What prevents all else is a
-faint barrier between all vertices and triangles and between all edges (Li et al. 2020, "Incremental potential contact",
-ACM Trans. Graph. 39:49), and steps that end before any of them would meet.
+The pressure comes from a barrier of the distance between samples on the facets of each surface and the triangles of
+the other. It is integrated over both surfaces, half each, so that a uniform pressure is transmitted through meshes
+that do not match. A sample over several triangles counts each of them once, minus their common sides, plus their
+common corners (Li et al. 2023, "Convergent incremental potential contact", arXiv:2307.15908, section 4). A second,
+faint barrier between all vertices and triangles and between all edges prevents any other intersection (Li et al. 2020,
+"Incremental potential contact", ACM Trans. Graph. 39:49), and steps end before any of these would meet.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scipy import sparse
 
 from softmark.records import dataclass
 from softmark.solvers.contact.contact_surface import Skin
-from softmark.solvers.energies.energy import Floats, Ints, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
 FAINT = 1e-3  # of the pressure of the barrier: what keeps edges from edges, which points do not see
 PATIENCE = 1000  # steps of an advance until two faces meet, which are on the safe side
@@ -31,11 +31,11 @@ HALF = 0.5  # of each surface: both are integrated over
 
 
 class NoToolkit(Exception):
-    """The package ipctk is not there."""
+    """Raised if the package ipctk is not installed."""
 
 
 def toolkit() -> Any:
-    """The package ipctk, silent, in one thread: sums in any order would differ from run to run. Raises NoToolkit."""
+    """Return the package ipctk, silent and with one thread, so that sums are reproducible. Raises NoToolkit."""
     try:
         import ipctk
     except ImportError as error:
@@ -47,12 +47,13 @@ def toolkit() -> Any:
 
 
 @dataclass(frozen=True)
-class Colliding(Wandering):
-    """E = sum over samples of A phi(d): no pressure beyond a `distance` (m), and `stiffness` (Pa) times f(d) before.
+class Colliding(DynamicPatternEnergy):
+    """IPC energy E = sum of A phi(d) over samples: no pressure beyond a `distance` (m), `stiffness` (Pa) times f(d)
+    below.
 
-    f(d) = (1 - s^2) (2 (1 - s^2) / s - 4 s ln s^2), s = d / distance, is 4.3 at half the distance. `alone` keeps a
-    piece from meeting itself; `thickness` (m) is that of a slice, or the way around of the middle ring. What it does to
-    nodes `told`, at rest at `X` (n, 3), m, is told of it; without these no moments are.
+    f(d) = (1 - s^2) (2 (1 - s^2) / s - 4 s ln s^2), s = d / distance, is 4.3 at half the distance. `alone` excludes
+    contact of a piece with itself. `thickness` (m) is that of a slice, or the circumference of the middle ring. Contact
+    results are reported for the nodes `told`, at rest at `X` (n, 3), m; without `X` no moments are reported.
     """
 
     skin: Skin
@@ -66,16 +67,17 @@ class Colliding(Wandering):
 
     @cached_property
     def _kept(self) -> dict[str, Any]:
+        """Cache of results for the last state."""
         return {}
 
     @cached_property
     def _unit(self) -> float:
-        """The size of the surface, m, in which the toolkit is told of it: its tolerances are absolute."""
+        """Size of the surface, m, used as the unit of length in ipctk, whose tolerances are absolute."""
         return float(np.ptp(self.skin.X, axis=0).max())
 
     @cached_property
     def _surface(self) -> Any:
-        """Faces alone: what must not intersect."""
+        """Collision mesh of the faces only, which must not intersect."""
         skin = self.skin
         mesh = self._mesh(skin.X[: skin.corners])
         if self.alone:
@@ -84,7 +86,7 @@ class Colliding(Wandering):
 
     @cached_property
     def _sampled(self) -> Any:
-        """Faces, and samples beside them."""
+        """Collision mesh of the faces and the samples."""
         skin = self.skin
         mesh = self._mesh(skin.X)
         which = skin.patch if self.alone else np.arange(len(skin.X)) >= skin.corners
@@ -92,6 +94,7 @@ class Colliding(Wandering):
         return mesh
 
     def _mesh(self, X: Floats) -> Any:
+        """Return an ipctk collision mesh of the points X and the faces."""
         skin, kind = self.skin, np.int32
         faces = np.zeros((0, 3), dtype=kind) if skin.flat else skin.faces.astype(kind)
         each = (np.asfortranarray(own) for own in (X / self._unit, skin.edges.astype(kind), faces))
@@ -99,7 +102,7 @@ class Colliding(Wandering):
 
     @cached_property
     def _beside(self) -> Any:
-        """Which facets of the mesh share a corner of a face (f, f), sparse."""
+        """Sparse matrix (f, f) of the mesh facets that share a corner of a face."""
         skin = self.skin
         n = 1 + int(max(skin.home.max(), skin.of.max(initial=0)))
         rows = (np.ones(skin.faces.size), (np.repeat(skin.home, skin.faces.shape[1]), skin.faces.ravel()))
@@ -108,26 +111,29 @@ class Colliding(Wandering):
 
     @cached_property
     def _potential(self) -> Any:
+        """Barrier potential of the samples."""
         return toolkit().BarrierPotential(self._reach, HALF * self.stiffness * self._unit, True)
 
     @cached_property
     def _faint(self) -> Any:
+        """Faint barrier potential between all vertices, edges and faces."""
         size = self._unit ** self.skin.X.shape[1]  # of areas and the distance, in its units
         return toolkit().BarrierPotential(self._reach, FAINT * self.thickness * self.stiffness * size, True)
 
     @property
     def _reach(self) -> float:
+        """Barrier distance in units of the surface size."""
         return self.distance / self._unit
 
     # ------------------------------------------------------------------ what is near what
 
     def _places(self, x: Floats) -> tuple[Floats, Floats]:
-        """Of all, and of corners alone, in the units and the order that the toolkit wants."""
+        """Return positions of all points, and of the corners only, in the units and memory order of ipctk."""
         V = self.skin.places(x) / self._unit
         return np.asfortranarray(V), np.asfortranarray(V[: self.skin.corners])
 
     def _near(self, x: Floats) -> tuple[Any, Any, Floats, Floats]:
-        """What of samples and what of faces is near, with the places of both; of the last state known already."""
+        """Return collisions of samples and of faces with the positions of both; cached for the last state."""
         if self._kept.get("x") is x:
             found: tuple[Any, Any, Floats, Floats] = self._kept["near"]
             return found
@@ -138,13 +144,13 @@ class Colliding(Wandering):
         return self._near(x)
 
     def beside(self, x: Floats) -> Ints:
-        """Places of samples, and faces that may press on them in a state, by numbers (p, 2)."""
+        """Return pairs (p, 2) of samples, by rows of the surface, and faces that may press on them in a state."""
         self._near(x)
         found: Ints = self._kept["beside"]
         return found
 
     def _guard(self, corners: Floats) -> Any:
-        """Vertices and triangles, and edges, that are near each other."""
+        """Return the collisions of vertices with triangles and of edges with edges that are near each other."""
         ipc = toolkit()
         near = ipc.Candidates()
         near.build(self._surface, corners, self._reach)
@@ -155,7 +161,7 @@ class Colliding(Wandering):
         return guard
 
     def _crossing(self, near: Any, corners: Floats) -> None:
-        """Leaves out pairs of parallel edges: what meets of those meets at a corner, which has a pair of its own."""
+        """Remove pairs of parallel edges: these meet at a corner, which has a pair of its own."""
         each = list(near.ee_candidates)
         if not each:
             return
@@ -167,9 +173,10 @@ class Colliding(Wandering):
         near.ee_candidates = [each[i] for i in np.flatnonzero(kept)]
 
     def _pairs(self, V: Floats) -> tuple[Any, Ints]:
-        """Samples and the faces, sides and corners of faces near them, each with its area as its weight.
+        """Return collisions of samples with near faces, edges and corners, weighted with the sample areas, and pairs
+        (p, 2).
 
-        With the numbers of samples and faces (p, 2).
+        The pairs are numbers of samples and faces.
         """
         ipc, skin = toolkit(), self.skin
         near = ipc.Candidates()
@@ -196,11 +203,11 @@ class Colliding(Wandering):
     # ------------------------------------------------------------------ energy
 
     def intersects(self, x: Floats) -> bool:
-        """Whether any two faces do."""
+        """Return whether any two faces intersect."""
         return bool(toolkit().has_intersections(self._surface, self._places(x)[1]))
 
     def least(self, x: Floats) -> float:
-        """The least distance between any two faces that is below that of the barrier, m; infinite of none."""
+        """Return the least distance between two faces, m, if below that of the barrier; else infinity."""
         _, guard, _, corners = self._near(x)
         return (
             self._unit * float(np.sqrt(guard.compute_minimum_distance(self._surface, corners)))
@@ -209,14 +216,14 @@ class Colliding(Wandering):
         )
 
     def value(self, x: Floats) -> float:
-        """What the barrier stores, J; infinite where surfaces intersect."""
+        """Return the energy of the barrier, J; infinite if surfaces intersect."""
         if self.intersects(x):
             return np.inf
         pairs, guard, V, corners = self._near(x)
         return float(self._potential(pairs, self._sampled, V) + self._faint(guard, self._surface, corners))
 
     def forces(self, x: Floats) -> Floats:
-        """Derivatives by the places of corners and samples (v, d), N; of the last state known already."""
+        """Return derivatives of the energy by positions of corners and samples (v, d), N; cached for the last state."""
         pairs, guard, V, corners = self._near(x)
         if "forces" in self._kept:
             known: Floats = self._kept["forces"]
@@ -228,20 +235,20 @@ class Colliding(Wandering):
         return found
 
     def stored(self, x: Floats) -> float:
-        """What it gives back, J."""
+        """Return the recoverable energy, J."""
         return self.value(x)
 
     def pressed(self, x: Floats) -> NDArray[np.bool_]:
-        """Which samples (p,) something presses on."""
+        """Return a mask of the samples in contact (p,)."""
         return np.asarray(self.forces(x)[self.skin.corners :].any(axis=1), dtype=np.bool_)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the forces on all nodes, N."""
+        """Add the gradient, minus the forces on all nodes, N."""
         f = self.skin.M.T @ self.forces(x).ravel()
         g[: len(f)] += scale * f
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
-        """d2E/dx2, sparse (dofs, dofs), N/m."""
+        """Return the Hessian d2E/dx2, sparse (dofs, dofs), N/m."""
         pairs, guard, V, corners = self._near(x)
         psd = toolkit().PSDProjectionMethod
         way = psd.CLAMP if projected else psd.NONE
@@ -256,13 +263,13 @@ class Colliding(Wandering):
         return H
 
     def stiff(self, x: Floats) -> Any:
-        """What presses on samples, by the places of corners and samples: sparse (d v, d v), N/m."""
+        """Return the Hessian of the sample barrier by positions of corners and samples: sparse (d v, d v), N/m."""
         pairs, _, V, _ = self._near(x)
         none = toolkit().PSDProjectionMethod.NONE
         return self._potential.hessian(pairs, self._sampled, V, none).tocsr() / self._unit**2
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """The part of d before any two faces meet, or all but a tenth of their gap is gone; at most 1."""
+        """Return the fraction of d, at most 1, before any two faces meet or use up nine tenths of their gap."""
         here, there = self._places(x)[1], self._places(x + d)[1]
         ipc = toolkit()
         near = ipc.Candidates()
@@ -272,14 +279,14 @@ class Colliding(Wandering):
         return float(near.compute_collision_free_stepsize(self._surface, here, there, 0.0, ccd))
 
     def rounding(self, x: Floats) -> float:
-        """What the last digits of places leave in its forces, N."""
+        """Return the error of the forces due to rounding of positions, N."""
         size = float(np.abs(self.skin.X).max())
         return float(np.finfo(np.float64).eps * size * np.linalg.norm(self.matrix(x).data))
 
 
 @contextmanager
 def _added(pairs: Any) -> Iterator[None]:
-    """Pairs without those that are taken away, while a definite matrix is made of them."""
+    """Set negative weights of pairs to zero while a definite matrix is assembled."""
     weights = [(i, pairs[i].weight) for i in range(len(pairs))]
     taken = [(i, weight) for i, weight in weights if weight < 0.0]
     for i, _ in taken:

@@ -1,8 +1,8 @@
-"""Coulomb friction between surfaces that both deform: what holds points of one to the other, up to what slides.
+"""Coulomb friction between two deformable surfaces, by return mapping with a regularised stick stiffness.
 
-Every point spread over a surface is pressed by a force of its own across that surface, and rubs along it on the nearest
-face of the other. How far it has gone along that since the last state is its own way less that of the point of the face
-beside it, and less what the turn of the face makes of the gap between them: so friction has no moment (`Hold`).
+Every sample of a surface has its own normal force, and slides along that surface on the nearest face of the other. Its
+slip since the last state is its own displacement minus that of the closest point of the face, minus the part that the
+rotation of the face causes over the gap: so friction has no moment (`Hold`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from softmark.solvers.contact.closest_face_points import away, least, shares
 from softmark.solvers.contact.contact_surface import Skin
 from softmark.solvers.contact.deformable_contact import HALF, Colliding
 from softmark.solvers.contact.rigid_friction import TINY, Dual, Slip
-from softmark.solvers.energies.energy import Floats, Ints, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
 PRESSED = 1e-12  # of the largest force: what is less is no contact
 ASIDE = 1e-6  # of a distance: of faces that are equally near, that which looks at the point is taken
@@ -31,8 +31,9 @@ GRIP = 10.0  # times the stiffness of the barrier over its distance: the spring 
 
 @dataclass(frozen=True)
 class Since:
-    """What a state leaves to the next: displacements `u` (dofs,), m, and of all samples the elastic way `s` (p, d), m,
-    with the normal `n` (p, d) that it is across."""
+    """Friction history at the end of a state: displacements `u` (dofs,), m, and for all samples the elastic slip `s`
+    (p, d), m, with the normal `n` (p, d) it is tangential to.
+    """
 
     u: Floats
     s: Floats
@@ -41,10 +42,10 @@ class Since:
 
 @dataclass(frozen=True)
 class Hold:
-    """What presses in a state: `which` samples (m,), by forces `N` (m,), N, along normals `n` (m, d) of their surface.
+    """Samples in contact in a state: `which` (m,), normal forces `N` (m,), N, and normals `n` (m, d) of their surface.
 
-    `far` (m,), m, is their distance from `faces` (m,). Their ways along the surface (m d,), m, are `start` + `W` x of
-    displacements x (dofs,); W^T takes forces along the surface to nodes. `spring` (m,), N/m, holds each.
+    `far` (m,), m, is their distance from `faces` (m,). Their slip along the surface (m d,), m, is `start` + `W` x for
+    displacements x (dofs,); W^T maps tangential forces to nodes. `spring` (m,), N/m, is the stick stiffness of each.
     """
 
     which: Ints
@@ -57,22 +58,23 @@ class Hold:
     faces: Ints
 
     def way(self, x: Floats) -> Floats:
-        """Of each sample since it last stuck, and in its spring, (m, d), m."""
+        """Return the slip of each sample since it last stuck, with the elastic slip (m, d), m."""
         found: Floats = (self.start + self.W @ np.asarray(x, dtype=np.float64)[: self.W.shape[1]]).reshape(self.n.shape)
         return found
 
     def slip(self, x: Floats, friction: float) -> Slip:
-        """How samples stand to where they last stuck; `t` is in N."""
+        """Return the slip relative to the points where samples last stuck; `t` is in N."""
         return Slip.of(self.way(x), friction * self.N, self.spring)
 
 
 @dataclass(frozen=True)
-class Sliding(Wandering):
-    """`pressing`, with `friction`: each sample is pulled back by a spring, Pa/m, up to friction times its pressure.
+class Sliding(DynamicPatternEnergy):
+    """Contact `pressing` with `friction`: a spring, Pa/m, holds each sample up to friction times its pressure.
 
-    Elastic and perfectly plastic (Wriggers 2006, ch. 5), from where the state before left it (`since`). With the forces
-    and places of an earlier iterate, a `lag`, there is an energy (Li et al. 2020); without there is none, and the
-    tangent is not symmetric.
+    The friction is elastic and perfectly plastic (Wriggers 2006, ch. 5), and continues from the state before (`since`).
+    With forces and positions of an earlier iterate (`lag`) it has an energy (Li et al. 2020). Without a lag it has
+    none,
+    and the tangent is not symmetric.
     """
 
     pressing: Colliding
@@ -84,50 +86,54 @@ class Sliding(Wandering):
 
     @cached_property
     def _kept(self) -> dict[str, Any]:
+        """Cache of the contact in the last state."""
         return {}
 
     @property
     def rubs(self) -> bool:
-        """Without a lag."""
+        """True if friction follows the present pressure (without a lag), so that there is no energy."""
         return self.lag is None
 
     @property
     def skin(self) -> Skin:
-        """The surfaces."""
+        """Contact surfaces."""
         return self.pressing.skin
 
     @property
     def distance(self) -> float:
-        """Where the barrier begins, m."""
+        """Distance at which the barrier begins, m."""
         return self.pressing.distance
 
     @property
     def told(self) -> NDArray[np.bool_] | None:
-        """Nodes (n,) of all pieces but the first."""
+        """Mask of the nodes (n,) of all pieces but the first."""
         found: NDArray[np.bool_] | None = self.pressing.told
         return found
 
     @property
     def spring(self) -> float:
-        """Pa/m: as stiff as the body over the distance of the barrier."""
+        """Stick stiffness, Pa/m: ten times the barrier stiffness over its distance."""
         return GRIP * self.pressing.stiffness / self.pressing.distance
 
     @property
     def stride(self) -> float:
-        """A part of the middle one of all sides of faces, m: over a whole one, half of all corners hook in."""
+        """Longest slip in one step, m: a quarter of the median edge length. Over a whole edge, half of all corners
+        interlock.
+        """
         skin = self.skin
         return STRIDE * float(np.median(np.linalg.norm(np.diff(skin.X[skin.edges], axis=1), axis=2)))
 
     # ------------------------------------------------------------------ what holds on to what
 
     def hold(self, x: Floats) -> Hold:
-        """What presses in a state, and how it holds on; of the last state known already."""
+        """Return the samples in contact in a state and their tangential coupling; cached for the last state."""
         if self._kept.get("x") is not x:
             self._kept["x"], self._kept["hold"] = x, self._held(x)
         found: Hold = self._kept["hold"]
         return found
 
     def _held(self, x: Floats) -> Hold:
+        """Find the samples in contact in a state, with their nearest faces and tangential coupling."""
         skin, V = self.skin, self.skin.places(x)
         n = _normals(V[skin.faces[skin.own]])
         N = np.abs(np.einsum("pi,pi->p", n, self.pressing.forces(x)[skin.corners :]))
@@ -143,7 +149,7 @@ class Sliding(Wandering):
         return Hold(which, N[which], n[which], far, W, self._start(which, n[which], W), spring, pairs[:, 1])
 
     def _start(self, which: Ints, n: Floats, W: Any) -> Floats:
-        """The part of ways (m d,), m, that is not of displacements: springs that are stretched, turned with normals."""
+        """Return the part of the slip (m d,), m, from the history: stretched springs, rotated with the normals."""
         if self.since is None:
             return np.zeros(n.size)
         s, was = self.since.s[which], self.since.n[which]
@@ -153,26 +159,28 @@ class Sliding(Wandering):
         return found
 
     def lagged(self, x: Floats, before: Sliding | None = None, grips: bool = False) -> Sliding:
-        """The same with an energy, of what presses in a state, of which `before` was the law."""
+        """Return the same friction with an energy, with normal forces of the state x under the law `before`."""
         return replace(self, lag=(before or self).hold(x), dual=Dual(), conservative=True)
 
     def known(self, x: Floats, before: Sliding) -> Sliding:
-        """The same with an energy, and a tangent that remembers what it promised: for one descent."""
+        """Return the same friction with an energy and a primal-dual tangent, for one minimisation."""
         return self.lagged(x, before)
 
     def softened(self, soft: float) -> Sliding:
-        """Itself: its barrier stops no step that is short of its surface."""
+        """Return itself: this barrier limits no step that ends before the surface."""
         return self
 
     def holds(self, x: Floats) -> bool:
-        """Whether something that presses sticks."""
+        """Return whether a sample in contact sticks."""
         hold = self.lag or self.hold(x)
         return bool(np.any(~hold.slip(x, self.friction).slides))
 
     # ------------------------------------------------------------------ what a state leaves
 
     def settled(self, x: Floats) -> tuple[Since, Floats, float]:
-        """What a state leaves: to the next one, how far samples have slid in it (p,), m, and the heat, J."""
+        """Return, at the end of a state: the history for the next, the sliding distance of samples (p,), m, and the
+        heat, J.
+        """
         hold, skin = self.hold(x), self.skin
         slip = hold.slip(x, self.friction)
         s, n = np.zeros((2, skin.points, skin.X.shape[1]))
@@ -184,34 +192,34 @@ class Sliding(Wandering):
         return Since(u, s, n), slid, float(slip.t @ slip.slid)
 
     def holding(self, since: Since) -> Sliding:
-        """The same from what another state has left on."""
+        """Return the same friction, continued from the history of another state."""
         return replace(self, since=since)
 
     def lost(self, x: Floats) -> float:
-        """What friction has turned into heat since the state before, J: never negative."""
+        """Return the heat dissipated by friction since the state before, J: never negative."""
         slip = self.hold(x).slip(x, self.friction)
         return float(slip.t @ slip.slid)
 
     def pressed(self, x: Floats) -> NDArray[np.bool_]:
-        """Which samples (p,) something presses on."""
+        """Return a mask of the samples in contact (p,)."""
         return self.pressing.pressed(x)
 
     # ------------------------------------------------------------------ energy
 
     def stored(self, x: Floats) -> float:
-        """What the barrier gives back, and springs of what sticks, J."""
+        """Return the recoverable energy of the barrier and of the stick springs, J."""
         slip = self.hold(x).slip(x, self.friction)
         return self.pressing.value(x) + 0.5 * float(slip.t @ slip.stretched)
 
     def value(self, x: Floats) -> float:
-        """What the barrier stores, and of a lag what friction does, J; infinite where surfaces intersect."""
+        """Return the energy of the barrier, with a lag also of friction, J; infinite if surfaces intersect."""
         found = self.pressing.value(x)
         if self.lag is None or not np.isfinite(found):
             return found
         return found + float(self.lag.slip(x, self.friction).energy.sum())
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the forces on all nodes, N."""
+        """Add the gradient, minus the forces on all nodes, N."""
         self.pressing.add_gradient(x, g, scale)
         hold = self.lag or self.hold(x)
         slip = hold.slip(x, self.friction)
@@ -219,7 +227,7 @@ class Sliding(Wandering):
         g[: len(f)] += scale * f
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
-        """Of both, sparse (dofs, dofs), N/m: symmetric with a lag, or `projected`."""
+        """Return the tangent of contact and friction, sparse (dofs, dofs), N/m: symmetric with a lag or if `projected`."""
         hold = self.lag or self.hold(x)
         slip = hold.slip(x, self.friction)
         u = slip.s / np.maximum(slip.size, TINY)[:, None]
@@ -238,7 +246,7 @@ class Sliding(Wandering):
         return self.pressing.matrix(x, projected) + K
 
     def _falls(self, x: Floats, hold: Hold, slip: Slip, u: Floats) -> Any:
-        """How friction changes with what presses: (m d, dofs), N/m."""
+        """Return the derivative of friction through the normal forces: (m d, dofs), N/m."""
         m, d = hold.n.shape
         v, rows = len(self.skin.X), np.repeat(np.arange(m), d)
         at = (d * (self.skin.corners + hold.which)[:, None] + np.arange(d)).ravel()
@@ -249,21 +257,22 @@ class Sliding(Wandering):
         return sparse.csr_matrix((way.ravel(), (np.arange(m * d), rows)), shape=(m * d, m)) @ N
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """The part of d before any two faces meet."""
+        """Return the fraction of d before any two faces meet."""
         return self.pressing.limit(x, d)
 
     def rounding(self, x: Floats) -> float:
-        """With what the last digits of places leave in friction, N."""
+        """Return the error of the forces due to rounding of positions, with friction, N."""
         hold = self.lag or self.hold(x)
         size = float(np.abs(self.skin.X).max())
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 
 
 def _nearest(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
-    """Of pairs of samples and faces the one of each sample (m,) that is nearest, and looks at it; how far it is, m.
+    """Return the index (m,) of the pair with the nearest face of each sample, and its distance, m.
 
-    Of those that differ by rounding alone, as where a sample is right over an edge, it is the first face: what holds
-    on to now one, and now the other, has no state of rest.
+    A face that looks at the sample is preferred. Among faces whose distances differ only by rounding, such as for a
+    sample
+    exactly over an edge, the first is taken: a sample that switches between faces has no equilibrium.
     """
     r = away(p, t)
     far = np.linalg.norm(r, axis=1)
@@ -276,7 +285,7 @@ def _nearest(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
 
 
 def _normals(t: Floats) -> Floats:
-    """Of faces (c, d, d): (c, d)."""
+    """Return unit normals (c, d) of faces (c, d, d)."""
     a = t[:, 1] - t[:, 0]
     n = np.stack([a[:, 1], -a[:, 0]], axis=1) if t.shape[2] == 2 else np.cross(a, t[:, 2] - t[:, 0])
     found: Floats = n / np.linalg.norm(n, axis=1, keepdims=True)
@@ -284,10 +293,12 @@ def _normals(t: Floats) -> Floats:
 
 
 def _ways(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -> Any:
-    """The ways of samples at p (m, d) along faces (m, k) at t (m, k, d), by those of all places: sparse (m d, v d).
+    """Return the slip of samples at p (m, d) along faces (m, k) at t (m, k, d), by all positions: sparse (m d, v d).
 
-    P (u_p - sum R_j u_j + sum C_j (r . u_j)), R the shares of corners in the nearest point, r the way from that to the
-    sample, P the plane across n. sum C_j = 0 and sum x_j C_j = 1 but for r: a turn of all together is no way.
+    P (u_p - sum R_j u_j + sum C_j (r . u_j)), with R the shape functions at the closest point, r from that to the
+    sample,
+    and P the projection to the plane across n. sum C_j = 0 and sum x_j C_j = 1 except along r: a rigid rotation of all
+    causes no slip.
     """
     m, k, d = t.shape
     R = shares(p, t)
@@ -306,6 +317,6 @@ def _ways(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -
 
 
 def _diagonal(blocks: Floats) -> Any:
-    """Blocks (m, d, d) along the diagonal of a sparse matrix."""
+    """Return a sparse block-diagonal matrix of blocks (m, d, d)."""
     m, d, _ = blocks.shape
     return sparse.bsr_matrix((blocks, np.arange(m), np.arange(m + 1)), shape=(m * d, m * d)).tocsr()

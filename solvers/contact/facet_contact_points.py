@@ -1,11 +1,12 @@
-"""Points inside facets that keep clear as well as nodes do: a lattice of as many steps as they need.
+"""Contact points inside facets: a lattice with as many steps per side as the rigid body needs.
 
-Facets of eight nodes need their middle. A uniform pressure pulls at their corners, which nodes that can only be pushed
-do not bear: they come off, and a body is softer by 1 to 1.5 % on any mesh (of the sphere in tests/shared/indented.py).
-With the middle forces at nodes may have either sign, as those of quadratic elements do.
+Facets of eight nodes need a point in the middle. A uniform pressure pulls at their corners, which nodes with only
+compressive forces cannot provide: they lose contact, and the body is softer by 1 to 1.5 % on any mesh (for the sphere
+in tests/shared/indented.py). With the middle point nodal forces may have either sign, as those of quadratic elements
+do.
 
-Rigid bodies that are sharper than the facets they touch go in between nodes: a finer lattice is cut by less than the
-distance of its points.
+Rigid bodies that are sharper than the facets they touch enter between nodes: a finer lattice limits their depth to
+less than the distance of its points.
 """
 
 from __future__ import annotations
@@ -28,9 +29,10 @@ MOST = 4  # parts between two nodes: what is sharper is met as if it were as blu
 def inner(
     touching: Touching, points: Floats, facets: Ints, steps: int, depth: float = 0.0, still: Any = None
 ) -> Touching:
-    """The same contact, kept clear at a lattice of so many steps along each side of `facets` (f, a) of its surface.
+    """Return the same contact with points on a lattice of `steps` steps along each side of `facets` (f, a) of its
+    surface.
 
-    Points that only nodes carry that are `still` (nodes,) are left out.
+    Points whose nodes are all fixed, as marked by `still` (nodes,), are left out.
     """
     kind = facets.shape[1]
     xi, parts = triangles(kind, steps)
@@ -48,7 +50,7 @@ def inner(
 
 
 def facing(points: Floats, facets: Ints, steps: int, flat: bool = False, depth: float = 0.0) -> Facets:
-    """Facets (f, a) of a surface that may cut in between the points of such a lattice; each point as good as these."""
+    """Return facets (f, a) that may penetrate between the points of such a lattice; an added point has the same area."""
     kind: Any = FACETS[facets.shape[1]]
     split = facets[:, np.array(kind.triangles)].reshape(-1, 3)
     area = thirds(points, split, depth).reshape(len(facets), -1).sum(axis=1)

@@ -1,15 +1,15 @@
-"""Where facets cut into a rigid body between the points that keep clear of it: points that are to keep clear as well.
+"""Search for facets that penetrate a rigid body between the contact points, and for the points to add there.
 
-What is to hold at every point of a surface is held at some; where it is broken most, points join these, and the state
-is found again (an exchange method: Blankenship and Falk 1976, J. Optim. Theory Appl. 19:261; Hettich and Kortanek 1993,
-"Semi-infinite programming", SIAM Rev. 35:380). What joins is the deepest point of a facet, or of one of its sides, for
-an edge that lies across a flat facet is deepest where it leaves it.
+Contact is enforced at a finite set of points. Where facets penetrate most, points are added and the state is solved
+again (an exchange method: Blankenship and Falk 1976, J. Optim. Theory Appl. 19:261; Hettich and Kortanek 1993,
+"Semi-infinite programming", SIAM Rev. 35:380). An added point is the deepest point of a facet or of one of its sides:
+an edge of the body that lies across a flat facet is deepest where it leaves the facet.
 
-How deep a part of the surface is, G(u) = min g(x(xi, u)), changes with all of it by n = sum l_i n_i, normals next to
-the deepest point with l_i >= 0 of sum 1 that leave nothing along the part (Clarke 1983, theorem 2.8.6): of two edges
-that cross it is the normal of both. So a point is kept in front of the plane of that normal at a depth of G / |n|, and
-not out of the body, beside whose edge it would slip while the facet goes on to cut. In the next round both are found
-anew, as Newton's method has it, until what presses is where the part of the surface is deepest.
+The depth of a part of the surface, G(u) = min g(x(xi, u)), changes with its motion by n = sum l_i n_i: normals near
+the deepest point with l_i >= 0 of sum 1 that cancel along the part (Clarke 1983, theorem 2.8.6). For two crossing
+edges this is the normal of both. So a point is kept in front of the plane with that normal at a depth of G / |n|, not
+outside the body itself: it would slip past the edge of the body while the facet still penetrates. In each round both
+are found again, as in Newton's method, until contact forces act where the part of the surface is deepest.
 """
 
 from __future__ import annotations
@@ -47,9 +47,10 @@ Has = Callable[[Floats], NDArray[np.bool_]]
 
 @dataclass(frozen=True)
 class Parts:
-    """Parts of facets: local points a + t . way + s across, t (m,) in a domain, means over s = -1, 1.
+    """Parts of facets with local points a + t . way + s across, t (m,) in a domain, averaged over s = -1, 1.
 
-    `facet` (k,) is that of each, `which` (k,) its number among all parts; a (k, 2), `way` (k, m, 2), `across` (k, 2).
+    `facet` (k,) is the facet of each, `which` (k,) its number among all parts; a (k, 2), `way` (k, m, 2), `across` (k,
+    2).
     """
 
     kind: Any
@@ -63,33 +64,34 @@ class Parts:
 
     @property
     def m(self) -> int:
-        """Of how many coordinates."""
+        """Number of local coordinates of a part."""
         return int(self.way.shape[1])
 
     def some(self, which: Ints) -> Parts:
-        """Those at some places (k,) of it."""
+        """Return the selected parts (k,)."""
         a, way, across = self.a[which], self.way[which], self.across[which]
         return Parts(self.kind, self.facet[which], self.which[which], a, way, across, self.low, self.has)
 
     def shapes(self, t: Floats) -> Floats:
-        """Shape functions (k, q, a) at t (k, q, m)."""
+        """Return shape functions (k, q, a) at t (k, q, m)."""
         xi, s = self.a[:, None] + np.einsum("kqm,kmj->kqj", t, self.way), self.across[:, None]
         return 0.5 * (self._at(xi - s) + self._at(xi + s)) if s.any() else self._at(xi)
 
     def _at(self, xi: Floats) -> Floats:
+        """Return shape functions at local points of facets xi."""
         found: Floats = self.kind.shape(xi.reshape(-1, 2)).reshape(*xi.shape[:-1], -1)
         return found
 
     @cached_property
     def lattice(self) -> Floats:
-        """Of t (l, m)."""
+        """Lattice of local coordinates t (l, m) in the domain."""
         line = self.low + (1.0 - self.low) * np.arange(STEPS + 1) / STEPS
         t = np.stack(np.meshgrid(*[line] * self.m, indexing="ij"), axis=-1).reshape(-1, self.m)
         return t[self.has(t)]
 
     @property
     def beside(self) -> Floats:
-        """Ways of t to what lies next to a point (q, m)."""
+        """Small steps of t to the neighbourhood of a point (q, m)."""
         size = BESIDE * (1.0 - self.low)
         if self.m == 1:
             return size * np.array([[-1.0], [1.0]])
@@ -99,9 +101,9 @@ class Parts:
 
 @dataclass(frozen=True)
 class Facets:
-    """Facets of a surface: nodes `of` (f, a), at rest X (f, a, 3), m; a point of one stands for an area A (f,), m^2.
+    """Facets of a surface: nodes `of` (f, a), at rest X (f, a, 3), m; a point of one has the area A (f,), m^2.
 
-    Of a slice (`flat`) points are means through its thickness.
+    On a slice (`flat`) points are means through its thickness.
     """
 
     of: Ints
@@ -111,9 +113,9 @@ class Facets:
 
     @cached_property
     def parts(self) -> tuple[Parts, ...]:
-        """What is searched, each by itself: facets, and sides, which two facets may have in common.
+        """Parts to search separately: facets, and sides, which two facets may share.
 
-        What is curved may be deepest at two places, and is searched by halves and quarters that overlap.
+        Curved facets may be deepest at two places, and are searched by overlapping halves and quarters.
         """
         kind: Any = FACETS[self.of.shape[1]]
         curved, each = kind.nodes > kind.corners, np.arange(len(self.of))
@@ -133,6 +135,7 @@ class Facets:
         return _split(whole, quarters), _split(sides, ((0.0,), (1.0,)))
 
     def _sides(self, kind: Any) -> Parts:
+        """Return the sides of facets, each shared side once."""
         corners = self.of[:, : kind.corners]
         ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
         first = np.unique(ends, axis=0, return_index=True)[1]
@@ -143,7 +146,7 @@ class Facets:
 
 
 def _split(parts: Parts, corners: Any) -> Parts:
-    """What lies around each of the corners of parts; the middle of triangles, which goes the other way, is None."""
+    """Return the pieces of parts around each of the corners; None stands for the inverted middle piece of triangles."""
     each = []
     for i, corner in enumerate(corners):
         size = -0.5 if corner is None else LARGE
@@ -155,27 +158,31 @@ def _split(parts: Parts, corners: Any) -> Parts:
 
 
 def _within(t: Floats) -> NDArray[np.bool_]:
-    """A square, or a line, from -1 to 1."""
+    """Return whether t lies in a square, or a line, from -1 to 1."""
     return np.asarray((np.abs(t) <= 1.0).all(axis=-1))
 
 
 def _under(t: Floats) -> NDArray[np.bool_]:
-    """A triangle, or a line, from 0 to 1."""
+    """Return whether t lies in a triangle, or a line, from 0 to 1."""
     return np.asarray((t >= 0.0).all(axis=-1) & (t.sum(axis=-1) <= 1.0))
 
 
 def cuts(contact: Touching, x: Floats) -> Joined | None:
-    """What is to be kept clear besides all else where facets are behind the rigid body in a state; None if none are.
+    """Return the contact points to add where facets penetrate the rigid body in a state; None if none do.
 
-    What has joined before is found anew, too, also where it presses on what does not touch; of what does not press all
-    that is near stays, for without it facets might cut in there again. By how much gaps were made larger where bodies
-    began in touch, facets may be behind it.
+    Points added before are found again, also if they press where the body does not touch. Of those without force, the
+    near ones stay: without them facets could penetrate again. Facets may penetrate by as much as gaps were enlarged
+    where
+    bodies began in touch.
     """
     return search(contact, x)[0]
 
 
 def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
-    """The same, and whether a state may stay: nothing cuts in, and what has joined presses about where the body is."""
+    """Return the points to add, and whether the state is acceptable.
+
+    It is if nothing penetrates, and added points press close to the surface of the body.
+    """
     if contact.facing is None:
         return None, True
     facets: Facets = contact.facing
@@ -211,10 +218,10 @@ def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
 
 
 def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> NDArray[np.bool_]:
-    """At which places of parts, g (k,) deep, m, the body has an edge or a tip: around what is round facets are chords.
+    """Return where the body has an edge or a tip at points of parts with gaps g (k,), m.
 
-    These cut in by as much as they are flat, which takes nothing from how well forces are met; kept outside of it, they
-    would be as if it were larger. No chord of what is so round goes deeper than one looks around.
+    On smooth bodies facets penetrate as chords of the round surface. This hardly affects forces, and points outside the
+    body would act as if the body were larger. No chord of such a smooth body is deeper than the distance probed here.
     """
     x, size = np.einsum("kqa,kai->kqi", parts.shapes(t[:, None]), where), np.linalg.norm(np.ptp(where, axis=1), axis=1)
     ways = np.vstack([np.eye(3), -np.eye(3)]) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
@@ -228,7 +235,7 @@ def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats)
 
 
 def off(contact: Any, x: Floats, times: float = 1.0) -> bool:
-    """Whether a point that has joined presses where the body's surface is not, by that much: before it, or inside."""
+    """Return whether an added point presses off the surface of the body by more than `times` the tolerance."""
     if contact.extra is None:
         return False
     joined, on = contact.places(x)[contact.lasting :], contact.pressures(x)[contact.lasting :] > 0.0
@@ -237,9 +244,10 @@ def off(contact: Any, x: Floats, times: float = 1.0) -> bool:
 
 
 def _deepest(parts: Parts, where: Floats, gap: Gap, reach: float = np.inf) -> tuple[Floats, Floats]:
-    """Where parts of facets at (k, a, 3), m, are deepest (k, m), and their gaps there (k,), m: of (k, q, 3) (k, q).
+    """Return the local coordinates (k, m) of the deepest points of parts at (k, a, 3), m, and their gaps (k,), m.
 
-    Roughly where they are farther than `reach` times the size of their facets: gaps are 1-Lipschitz.
+    `gap` maps (k, q, 3) to (k, q). Parts farther than `reach` times the size of their facets are searched only roughly:
+    gaps are 1-Lipschitz.
     """
     lattice = parts.lattice
     N = parts.shapes(np.broadcast_to(lattice, (len(where), *lattice.shape)))
@@ -252,7 +260,7 @@ def _deepest(parts: Parts, where: Floats, gap: Gap, reach: float = np.inf) -> tu
 
 
 def _finely(parts: Parts, where: Floats, gap: Gap, t: Floats) -> tuple[Floats, Floats]:
-    """From points of a lattice t (k, m) on."""
+    """Refine the deepest points from points of a lattice t (k, m)."""
     rows, steps = np.arange(len(where)), 0.5 * (1.0 - parts.low) / STEPS * np.arange(-2, 3)
     around = np.stack(np.meshgrid(*[steps] * parts.m, indexing="ij"), axis=-1).reshape(-1, parts.m)
     best = np.zeros(len(where))
@@ -269,7 +277,7 @@ Planes = tuple[tuple[Floats, Floats], Floats, Floats]  # t (k, m) and ways, c (k
 
 
 def _deepest_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> Planes:
-    """Places on parts that are deepest at t (k, m), by g (k,), m, and planes that they are to keep in front of."""
+    """Return the deepest points of parts, from t (k, m) with gaps g (k,), m, and the planes to keep them in front of."""
     x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:
@@ -283,9 +291,10 @@ def _deepest_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, g
 
 
 def _standing_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> Planes:
-    """The same of parts that have joined and are deepest at their border: planes through the same points of the body.
+    """Return points and planes of added points whose parts are now deepest at their border: planes keep their body
+    points.
 
-    An edge that lies in a facet presses where it leaves it and at its end, of which one is deeper, if by nothing.
+    An edge that lies in a facet presses where it leaves the facet and at its end; one of them is barely deeper.
     """
     assert contact.extra is not None
     which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)
@@ -299,7 +308,7 @@ def _standing_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, 
 def _joined(
     contact: Touching, facets: Facets, parts: Parts, places: tuple[Floats, Floats], c: Floats, n: Floats
 ) -> Joined:
-    """Points of parts at `places` that are kept in front of planes; what lies at a border of its part is left out."""
+    """Return points of parts at `places` kept in front of planes; points at a border of their part are left out."""
     body: Any = contact.body
     t, ways = places
     own, N = Pose() if not hasattr(body, "pose") else body.pose, parts.shapes(t[:, None])[:, 0]
@@ -311,11 +320,13 @@ def _joined(
 
 
 def _on_the_way(contact: Touching, parts: Parts, t: Floats) -> tuple[Floats, Floats]:
-    """Places on parts (k, m), of such as have joined on their way to where these are deepest, t; and how it came there.
+    """Return new places on parts (k, m) of added points on their way to the deepest points t, and their last steps.
 
-    What a force acts on tilts towards it, and the deepest point goes away: all of the way would go to and fro, so that
-    it is a share, and then what two such ways tell (Anderson 1965, of depth one). Any point of a flat part is as far
-    from its plane as the deepest.
+    The part tilts towards the force, and the deepest point moves away: full steps would oscillate. So the first step is
+    a
+    fraction, and later ones use the last two steps (Anderson 1965, of depth one). Any point of a flat part is as far
+    from
+    its plane as the deepest.
     """
     new, ways = t.copy(), np.full((len(t), 2, 2), np.nan)
     if contact.extra is None:
@@ -335,9 +346,10 @@ def _on_the_way(contact: Touching, parts: Parts, t: Floats) -> tuple[Floats, Flo
 
 
 def _normal(ways: Floats, n: Floats) -> Floats:
-    """The mean of normals (q, 3) beside a point, by ways there (q, 3), m, that has least along these; never none.
+    """Return the mean of normals (q, 3) beside a point that has least components along the `ways` there (q, 3), m.
 
-    Where all of them cancel the point is as deep inside as can be, half-way between sides: any of these leads out.
+    It is never zero. If all normals cancel, the point is as deep as possible, half-way between sides, and any of them
+    leads out.
     """
     from scipy.optimize import nnls  # half a second of modules, for what is sharp alone
 
@@ -349,20 +361,20 @@ def _normal(ways: Floats, n: Floats) -> Floats:
 
 
 def _across(ways: Floats, n: Floats) -> Floats:
-    """What of a normal (3,) is across a part, by ways along it (q, 3)."""
+    """Return the component of a normal (3,) across a part, given vectors along it (q, 3)."""
     sides = _sides(ways)
     found: Floats = n - sides.T @ (sides @ n)
     return found
 
 
 def _sides(ways: Floats) -> Floats:
-    """Unit vectors along a part (1 or 2, 3)."""
+    """Return orthonormal vectors along a part (1 or 2, 3)."""
     found: Floats = np.linalg.svd(ways, full_matrices=False)[2][: 1 if len(ways) == 2 else 2]
     return found
 
 
 def _all(found: list[Joined], contact: Touching) -> Joined | None:
-    """All of them that may move."""
+    """Return all found points with at least one movable node; None if there are none."""
     if not found:
         return None
     points = found[0].points

@@ -1,8 +1,8 @@
-"""Free rigid bodies: six unknowns for each, where its middle has gone and how it has turned since a step began.
+"""Free rigid bodies: six unknowns each, the displacement of the centre of mass and the rotation since a step began.
 
-A body of principal axes P, columns (3, 3), sees a point x of space at y = P^T (x - c). With n0 the normal there, and
-phi a turn about its own axes, the gap changes by n0 . (P^T (dx - dc) + y x phi): what presses on the surface acts on
-the body as well, opposite and at the same point, so that momentum of both together is kept.
+A body with principal axes P, as columns (3, 3), sees a point x of space at y = P^T (x - c). With n0 the normal there,
+and phi a rotation about the body axes, the gap changes by n0 . (P^T (dx - dc) + y x phi). The forces on the surface
+act on the body with the opposite sign at the same point, so that the total momentum is conserved.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from softmark.solvers.mesh.shape import Vector3
 
 @dataclass(frozen=True)
 class Free:
-    """A rigid body: mass, kg, moments of inertia J (3,), kg m^2, about `axes` (3, 3), as columns, through `middle`, m.
+    """Free rigid body: mass, kg, moments of inertia J (3,), kg m^2, about `axes` (3, 3), as columns, and its `middle`,
+    m.
 
-    Its unknowns are the six from `first` on: of its middle, m, and of its turn about its own axes, rad.
+    Its six unknowns start at `first`: displacement of the centre of mass, m, and rotation about the body axes, rad.
     """
 
     first: int
@@ -38,7 +39,7 @@ class Free:
 
 
 class Bodies:
-    """The chart of free bodies among the unknowns (dynamics/rotational_inertia.py): rotations are counted from
+    """Rotation chart of the free bodies among the unknowns (dynamics/rotational_inertia.py): rotations are relative to
     `turned`.
     """
 
@@ -47,28 +48,28 @@ class Bodies:
         self.reset()
 
     def reset(self) -> None:
-        """Count from where they are declared."""
+        """Count rotations from the declared orientations."""
         self.turned = [body.axes.copy() for body in self.bodies]
 
     def axes(self, which: int, x: Floats) -> Floats:
-        """Its principal axes in a state (3, 3), as columns."""
+        """Return the principal axes of a body in a state (3, 3), as columns."""
         first = self.bodies[which].first
         found: Floats = self.turned[which] @ exponential(x[first + 3 : first + 6])
         return found
 
     def middle(self, which: int, x: Floats) -> Floats:
-        """Where its middle is (3,), m."""
+        """Return the centre of mass of a body in a state (3,), m."""
         body = self.bodies[which]
         found: Floats = body.middle + x[body.first : body.first + 3]
         return found
 
     def state(self, x: Floats) -> Floats:
-        """What unknowns stand for, whatever turns are counted from: middles, m, and principal axes (12 each,)."""
+        """Return centres of mass, m, and principal axes (12 for each body,), independent of the reference of rotations."""
         each = ((self.middle(i, x), self.axes(i, x).ravel()) for i in range(len(self.bodies)))
         return np.concatenate([part for both in each for part in both])
 
     def rebase(self, x: Floats) -> Floats:
-        """Count from x from now on."""
+        """Count rotations from the state x, and return it with zero rotations."""
         new = x.copy()
         for i, body in enumerate(self.bodies):
             self.turned[i] = _proper(self.axes(i, x))
@@ -77,13 +78,13 @@ class Bodies:
 
 
 def _proper(P: Floats) -> Floats:
-    """The rotation that is nearest to one with the rounding of many products: one of Newton's steps for it."""
+    """Remove rounding from a rotation matrix: one Newton step to the nearest rotation."""
     found: Floats = 1.5 * P - 0.5 * P @ P.T @ P
     return found
 
 
 def right_jacobian(theta: Floats) -> Floats:
-    """By how much a body turns about its own axes as the vector of its rotation changes (3, 3)."""
+    """Return the right Jacobian (3, 3): from changes of a rotation vector to rotations about the body axes."""
     t, K = float(np.linalg.norm(theta)), cross_matrix(theta)
     if t < 1e-4:  # what is left out is below rounding
         return np.asarray(np.eye(3) - 0.5 * K + K @ K / 6.0)
@@ -92,7 +93,9 @@ def right_jacobian(theta: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Principal:
-    """A gap as a body sees it that is told by its middle (3,), m, and its principal axes (3, 3), as columns."""
+    """Signed distance in a body frame given by its centre of mass `middle` (3,), m, and principal axes (3, 3), as
+    columns.
+    """
 
     own: Gap
     middle: Floats
@@ -105,25 +108,25 @@ class Principal:
 
     @property
     def centroid(self) -> Vector3 | None:
-        """The middle of its volume, m."""
+        """Centroid of its volume in the body frame, m: the origin."""
         return (0.0, 0.0, 0.0)
 
     def gap(self, Y: Floats) -> Floats:
-        """At points Y (n, 3), m, about its axes."""
+        """Return the gap at points Y (n, 3), m, in the body frame."""
         return self.own.gap(self.middle + Y @ self.axes.T)
 
     def look(self, Y: Floats) -> Look:
-        """The same with normal and Hessian about its axes."""
+        """Return gap, normal and Hessian in the body frame."""
         g, n, H = self.own.look(self.middle + Y @ self.axes.T)
         return g, n @ self.axes, self.axes.T @ H @ self.axes
 
 
 @dataclass(frozen=True)
 class Afloat(Touching):
-    """Touching of a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, seen from the body at y_p.
+    """Contact with a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, at y_p in the body frame.
 
-    Moments are those about the body's own axes where they are, as the equations of what turns take them; the tangent is
-    their derivative by the unknowns, and so not symmetric.
+    Moments are about the present body axes, as in the equations of rotation; the tangent is their derivative by the
+    unknowns, and so not symmetric.
     """
 
     chart: Any = None  # Bodies
@@ -131,7 +134,7 @@ class Afloat(Touching):
 
     @property
     def free(self) -> Free:
-        """The body."""
+        """Free rigid body in contact."""
         found: Free = self.chart.bodies[self.which]
         return found
 
@@ -142,25 +145,25 @@ class Afloat(Touching):
         return np.hstack([self.carried, body])
 
     def spots(self, x: Floats) -> Floats:
-        """Where they are in space (p, 3), m."""
+        """Return positions of the points in space (p, 3), m."""
         return super().places(x)
 
     def places(self, x: Floats) -> Floats:
-        """Where they are as seen from the body, about its axes (p, 3), m."""
+        """Return positions of the points in the body frame (p, 3), m."""
         return self.seen(self.spots(x), x)
 
     def seen(self, where: Floats, x: Floats) -> Floats:
-        """Points of space (n, 3), m, as seen from the body, about its axes."""
+        """Return points of space (n, 3), m, in the body frame."""
         found: Floats = (where - self.chart.middle(self.which, x)) @ self.chart.axes(self.which, x)
         return found
 
     def pushes(self, x: Floats) -> Floats:
-        """What the body does to its points, in space (p, 3), N."""
+        """Return the forces of the body on its points, in space (p, 3), N."""
         found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
         return found
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the forces on nodes and body, N, and the moment on this about its own axes, N m."""
+        """Add minus the forces on nodes and body, N, and minus the moment about the body axes, N m."""
         push, first = scale * self.pushes(x), self.free.first
         self.spread(-push, g)
         own = push @ self.chart.axes(self.which, x)
@@ -168,7 +171,7 @@ class Afloat(Touching):
         g[first + 3 : first + 6] -= np.cross(own, self.places(x)).sum(axis=0)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """A (phi'' N N + phi' dN), N = S n0 with S = (P^T, -P^T, [y]); `projected` the first part alone."""
+        """Add A (phi'' N N + phi' dN), N = S n0 with S = (P^T, -P^T, [y]); only the first part if `projected`."""
         g, n, H = self.look(x)
         near = np.flatnonzero(g < self.barrier.distance)
         if not len(near):
@@ -187,7 +190,7 @@ class Afloat(Touching):
         self._add(x, near, K, data, slots, scale)
 
     def _seeing(self, x: Floats, near: Ints) -> tuple[Floats, Floats]:
-        """The body's axes P, and how it sees points (k,) move: S (k, 3, 9) of their ways, its own and its turn."""
+        """Return the body axes P, and S (k, 3, 9): motion of points (k,) in the body frame by point, body and rotation."""
         P = self.chart.axes(self.which, x)
         to = np.broadcast_to(P.T, (len(near), 3, 3))
         return P, np.concatenate([to, -to, cross_matrix(self.places(x)[near])], axis=2)
@@ -200,7 +203,7 @@ class Afloat(Touching):
         add_blocks(scale * self.A[near, None, None] * (E.swapaxes(1, 2) @ K @ E), slots[near], data)
 
     def _spread(self, near: Ints) -> Floats:
-        """How points and body go with the unknowns of their stencils (p, 9, 3 a + 6)."""
+        """Return the motion of points and body by the unknowns of their stencils (p, 9, 3 a + 6)."""
         count = self.shares.shape[1]
         E = np.zeros((len(near), 9, 3 * count + 6))
         for a in range(count):
@@ -211,18 +214,20 @@ class Afloat(Touching):
 
 @dataclass(frozen=True)
 class RubbingAfloat(Rubbing, Afloat):
-    """The same with friction: ways, anchors and tractions are those that the body sees, about its own axes.
+    """Frictional contact with a free body: slip, anchors and tractions are in the body frame.
 
-    What holds a point pulls at the body as well, opposite and at the same point.
+    Friction acts on the body with the opposite sign at the same point.
     """
 
     def pushes(self, x: Floats) -> Floats:
-        """What the body does to its points, in space (p, 3), N."""
+        """Return the forces of the body on its points, in space (p, 3), N."""
         found: Floats = super().pushes(x) @ self.chart.axes(self.which, x).T
         return found
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """With S^T B S of the stiffness B of tractions t = dE/dy, and what a turn of the body makes of these."""
+        """Add S^T B S as well, with the stiffness B of tractions t = dE/dy, and the effect of the body's rotation on
+        these.
+        """
         Afloat.add_hessian(self, x, data, slots, scale, projected)
         near, B = self.stiffness(x, projected)
         if not len(near):
@@ -239,7 +244,7 @@ class RubbingAfloat(Rubbing, Afloat):
 
 
 def afloat(touching: Touching, chart: Bodies, which: int) -> Afloat:
-    """A contact whose rigid body is free, where it was one that stayed."""
+    """Return a contact with a fixed rigid body as one whose body is free."""
     known = {f.name: getattr(touching, f.name) for f in fields(touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
     seen = Principal(whole, body.middle, body.axes)

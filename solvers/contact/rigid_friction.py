@@ -1,4 +1,4 @@
-"""Coulomb friction of a surface on a rigid body: what holds its points where they last stuck, up to what slides."""
+"""Coulomb friction between a deformable surface and a rigid body, by return mapping with a regularised stick stiffness."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TINY = 1e-300  # m: a slip of which the direction is not asked
 
 @dataclass(frozen=True)
 class Lag:
-    """What friction takes from an earlier iterate, so that it has an energy: the most that it holds, and where to.
+    """Friction limits and normals of an earlier iterate, with which friction has an energy.
 
     `most` (m,) is friction times pressure, Pa; `n` (m, 3) are normals.
     """
@@ -36,18 +36,20 @@ class Lag:
 
 
 class Dual:
-    """What the tangent of a lag remembers: tractions t (m, 3), Pa, as the iterate before promised them.
+    """Dual variable of the friction tangent: tractions t (m, 3), Pa, predicted by the iterate before.
 
-    The law times its denominator, w t = most s with w = max(|s|, most / k), is linear enough to be linearised: a node
-    that has just come to slide keeps some stiffness along its slip, and does not run away (Chan, Golub and Mulet 1999,
-    SIAM J. Sci. Comput. 20:1964, eq. 4.6). Near the solution t is what it is, and the tangent exact.
+    The law times its denominator, w t = most s with w = max(|s|, most / k), is smooth enough to be linearised: a node
+    that
+    has just begun to slide keeps some stiffness along its slip (Chan, Golub and Mulet 1999, SIAM J. Sci. Comput.
+    20:1964,
+    eq. 4.6). Near the solution t is the traction, and the tangent is exact.
     """
 
     def __init__(self) -> None:
         self.known: tuple[Floats, Floats, Floats, Floats] | None = None  # s, t, u, w of the iterate before
 
     def at(self, s: Floats, size: Floats, most: Floats, spring: float | Floats) -> Floats:
-        """The tractions (m, 3) for a tangent at slips s (m, 3), m."""
+        """Return the tractions (m, 3) for a tangent at slips s (m, 3), m, and store them for the next."""
         w = np.maximum(np.maximum(size, most / spring), TINY)
         u = np.where((spring * size > most)[:, None], s / np.maximum(size, TINY)[:, None], 0.0)
         if self.known is None:
@@ -62,10 +64,11 @@ class Dual:
 
 @dataclass(frozen=True)
 class Slip:
-    """How points stand to their anchors.
+    """Slip of points relative to their anchors.
 
-    `s` (m, 3) is their way from them along the surface, m, `size` (m,) its length, `t` (m,) the traction against it,
-    Pa, and `slides` (m,) whether that is all that friction bears, of a `spring`, Pa/m.
+    `s` (m, 3) is the slip along the surface, m, `size` (m,) its length, `t` (m,) the opposing traction, Pa, `slides`
+    (m,)
+    whether that is the friction limit, and `spring` the stick stiffness, Pa/m.
     """
 
     s: Floats
@@ -76,41 +79,44 @@ class Slip:
 
     @classmethod
     def of(cls, s: Floats, most: Floats, spring: Floats | float) -> Slip:
-        """What springs make of ways s (m, 3), m, up to the `most` (m,), Pa."""
+        """Return the slip state of slips s (m, 3), m, with friction limits `most` (m,), Pa."""
         size = np.linalg.norm(s, axis=1)
         elastic = spring * size
         return cls(s, size, np.minimum(elastic, most), elastic > most, spring)
 
     def along(self, f: Floats) -> Floats:
-        """Sizes f (m,) along their ways (m, 3)."""
+        """Return vectors with magnitudes f (m,) along the slips (m, 3)."""
         found: Floats = (f / np.maximum(self.size, TINY))[:, None] * self.s
         return found
 
     @property
     def stretched(self) -> Floats:
-        """By how much springs are (m,), m."""
+        """Elastic part of the slip (m,), m."""
         return self.t / self.spring
 
     @property
     def slid(self) -> Floats:
-        """How far points have slid since they last stuck (m,), m."""
+        """Sliding distance of points since they last stuck (m,), m."""
         return np.where(self.t > 0.0, np.maximum(self.size - self.stretched, 0.0), 0.0)
 
     @property
     def energy(self) -> Floats:
-        """Of a lag (m,), J/m^2: what springs store, and what slips against it."""
+        """Energy with lagged limits (m,), J/m^2: elastic energy, and work of sliding."""
         return self.t * (self.size - 0.5 * self.stretched)
 
 
 @dataclass(frozen=True)
 class Rubbing(Touching):
-    """Touching with friction: a traction -k s at points, s their way along the surface from anchors, or -mu p s/|s|.
+    """Rigid contact with friction: traction -k s at points, s their slip from anchors along the surface, or -mu p
+    s/|s|.
 
-    Elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5): `anchors` (p, 3) are
-    points of the rigid body, which move with it, and stay where they are within a state; what a state leaves of them is
-    `settled`. The `spring` k, Pa/m, lets a point that sticks go by mu p / k at most, which is less than the distance of
-    the barrier. Where p counts as it is there is a force and an unsymmetric tangent, and no energy; with a `lag`, of an
-    earlier iterate, there are both.
+    It is elastic and perfectly plastic, by return mapping (Simo and Laursen 1992; Wriggers 2006, ch. 5). `anchors` (p,
+    3)
+    are points of the rigid body: they move with it, and are constant within a state; a state ends with those of
+    `settled`.
+    The `spring` k, Pa/m, lets a sticking point move by mu p / k at most, less than the barrier distance. With the
+    present
+    p there is a force and an unsymmetric tangent, but no energy; with a `lag`, from an earlier iterate, there are both.
     """
 
     friction: float = 0.0
@@ -125,7 +131,9 @@ class Rubbing(Touching):
     each: ClassVar[tuple[str, ...]] = ("sunk", "anchors", "gone")
 
     def joining(self, extra: Joined | None, x: Floats) -> Self:
-        """With anchors of new points where these were, for nothing held them; of others moved along with them."""
+        """Return the contact with other added points: new ones are anchored where they were, known ones keep their
+        slip.
+        """
         found = super().joining(extra, x)
         if self.anchors is None or found.anchors is None or extra is None:
             return found
@@ -141,42 +149,44 @@ class Rubbing(Touching):
 
     @property
     def rubs(self) -> bool:
-        """Without a lag."""
+        """True if friction follows the present pressure (without a lag), so that there is no energy."""
         return self.lag is None
 
     @cached_property
     def pose(self) -> Pose:
-        """Where the rigid body is."""
+        """Present position and orientation of the rigid body."""
         return self.carries(self.share)
 
     @cached_property
     def held(self) -> Floats:
-        """Anchors where they are now (p, 3), m."""
+        """Present positions of the anchors (p, 3), m."""
         return self.pose.moved(self.at_rest if self.anchors is None else self.anchors)
 
     def softened(self, soft: float) -> Rubbing:
-        """The same `soft` times as stiff along the surface as well, with a tangent that begins anew."""
+        """Return the same contact `soft` times as stiff, also along the surface, with a new dual variable."""
         softer: Any = super().softened(soft)
         found: Rubbing = replace(softer, spring=soft * self.spring, dual=Dual())
         return found
 
     def lagged(self, x: Floats, before: Rubbing | None = None, grips: bool = False) -> Rubbing:
-        """The same with an energy, of the pressures and normals of a state, of which `before` was the law.
+        """Return the same contact with an energy, with pressures and normals of the state x under the law `before`.
 
-        It `grips` where everything that touches is to stick, whatever the pressure.
+        With `grips` all points within the barrier distance stick, whatever the pressure.
         """
         g, n, _ = (before or self).look(x)
         p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
         return replace(self, lag=Lag(self.friction * p, n), conservative=True)
 
     def known(self, x: Floats, before: Rubbing) -> Rubbing:
-        """The same with an energy, and a tangent that remembers what it promised: for one descent."""
+        """Return the same contact with an energy and a primal-dual tangent, for one minimisation."""
         return replace(self.lagged(x, before), dual=Dual())
 
     def towing(self, x: Floats, way: Floats) -> Rubbing:
-        """Where the rigid body was in the state that is started from, and all that touches sticks.
+        """Return the contact with the rigid body where the solution starts from, and all points within the barrier
+        sticking.
 
-        Adds to a `way` (dofs,), m, how it has gone on since, at each node. (Itself, where that is not known.)
+        Sets the rows of `way` (dofs,), m, of the surface nodes to their motion with the body since then, if that is
+        known.
         """
         was: Any = self.before()
         if self.earlier is not None:
@@ -187,15 +197,15 @@ class Rubbing(Touching):
         return found
 
     def stiffer(self, factor: float) -> Rubbing:
-        """The same with a barrier and a spring so many times as stiff."""
+        """Return the same contact with the stiffnesses of barrier and spring multiplied by a factor."""
         return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
 
     def holds(self, x: Floats) -> bool:
-        """Whether something that presses sticks."""
+        """Return whether a point in contact sticks."""
         return bool(np.any((self.pressures(x) > 0.0) & ~self.slip(x).slides))
 
     def way(self, x: Floats, n: Floats) -> tuple[Floats, Floats]:
-        """From anchors to points (p, 3), m: all of it, and along the surface of normals n (p, 3)."""
+        """Return vectors from anchors to points (p, 3), m: in full, and projected to the surface with normals n (p, 3)."""
         d = self.places(x) - self.held
         if self.flat:
             d[:, 2] = 0.0
@@ -203,14 +213,16 @@ class Rubbing(Touching):
         return d, s
 
     def slip(self, x: Floats) -> Slip:
-        """How its points stand to their anchors in a state."""
+        """Return the slip of the points relative to their anchors in a state."""
         g, n, _ = self.look(x)
         return Slip.of(self.way(x, n)[1], self.friction * self.barrier.pressure(g), self.spring)
 
     def sticking(self, x: Floats) -> tuple[Bools, Bools, float]:
-        """Which of its points are pressed (p,), which of these stick (p,), and on which share of the area in contact.
+        """Return masks of points in contact (p,) and of sticking points (p,), and the fraction of the contact area that
+        sticks.
 
-        A share, for points at its border stand for some beyond it as well; what has joined stands for none of its own.
+        It is a fraction because points at the border also represent some area outside. Added points have no area of
+        their own.
         """
         p = self.pressures(x)
         on = p > PRESSED * p.max(initial=0.0)
@@ -219,59 +231,63 @@ class Rubbing(Touching):
         return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
 
     def settled(self, x: Floats) -> Floats:
-        """The anchors that a state leaves (p, 3), m: what slid has taken them along, and what is apart has none."""
+        """Return the anchors at the end of a state (p, 3), m: sliding points drag them; points without contact have
+        none.
+        """
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
     def holding(self, anchors: Floats, gone: Floats | float = 0.0) -> Rubbing:
-        """The same from other anchors (p, 3), m, on, to which its points have gone so far (p,), m."""
+        """Return the same contact with other anchors (p, 3), m, and sliding distances so far (p,), m."""
         return replace(self, anchors=anchors, gone=gone)
 
     def stored(self, x: Floats) -> float:
-        """With what points that stick have given way by, J."""
+        """Return the recoverable energy, including that of the stick springs, J."""
         return super().value(x) + float(self.A @ self.slip(x).t ** 2) / (2.0 * self.spring)
 
     def work(self, x: Floats, since: Touching) -> float:
-        """With what it drags: where points hold on to it goes along, and what holds them does that work, J."""
+        """Return the work of the rigid body, including that of friction on anchors that move with it, J."""
         was: Any = since
         _, n, _ = self.look(x)
         t = self._traction(x, n, self.friction * self.pressures(x))
         return super().work(x, since) - float(self.A @ np.einsum("ij,ij->i", t, self.held - was.held))
 
     def slid(self, x: Floats) -> Floats:
-        """How far each point has slid since the anchors were taken (p,), m."""
+        """Return the sliding distance of each point since the anchors were set (p,), m."""
         return self.slip(x).slid
 
     def lost(self, x: Floats) -> float:
-        """What friction has turned into heat since the anchors were taken, J: never negative."""
+        """Return the heat dissipated by friction since the anchors were set, J: never negative."""
         slip = self.slip(x)
         return float(self.A @ (slip.t * slip.slid))
 
     def pushes(self, x: Floats) -> Floats:
-        """What the rigid body does to its points (p, 3), N."""
+        """Return the forces of the rigid body on the points (p, 3), N."""
         g, n, _ = self.look(x)
         p = self.barrier.pressure(g)
         return self.A[:, None] * (p[:, None] * n - self._traction(x, n, self.friction * p))
 
     def value(self, x: Floats) -> float:
-        """What the barrier stores, and of a lag what friction does, J."""
+        """Return the energy of the barrier, with a lag also of friction, J."""
         found = super().value(x)
         if self.lag is None:
             return found
         return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
 
     def bending(self, g: Floats) -> Floats:
-        """No more than at touch: what is far behind the surface on the way would turn off from it."""
+        """Return the pressures limited to that at touch: iterates far behind the surface would make the tangent turn
+        away.
+        """
         return np.minimum(super().bending(g), self.barrier.most)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """With that of friction; `projected` without what is not symmetric, and of the surface as if it were flat."""
+        """Add the tangent with friction; if `projected`, only its symmetric part, for a flat surface."""
         super().add_hessian(x, data, slots, scale, projected)
         on, blocks = self.stiffness(x, projected)
         add_blocks(self.coupled(on, scale * self.A[on, None, None] * blocks), slots[on], data)
 
     def stiffness(self, x: Floats, projected: bool) -> tuple[Ints, Floats]:
-        """Of friction: points (k,) that are pressed, and how their tractions grow with their ways (k, 3, 3), Pa/m."""
+        """Return points with friction (k,), and derivatives of their tractions by their displacements (k, 3, 3), Pa/m."""
         g, n, H = self.look(x)
         p = self.barrier.pressure(g)
         most = self.friction * p
@@ -298,13 +314,13 @@ class Rubbing(Touching):
         return on, blocks[on]
 
     def rounding(self, x: Floats) -> float:
-        """With what the last digits of places leave in friction, N."""
+        """Return the error of the forces due to rounding of positions, with friction, N."""
         size = float(np.abs(self.places(x)).max(initial=0.0))
         stiff = self.A[self.gaps(x) < self.barrier.distance] * self.spring
         return super().rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(stiff))
 
     def _traction(self, x: Floats, n: Floats, most: Floats) -> Floats:
-        """Against slip, (p, 3), Pa."""
+        """Return the tractions that oppose the slip (p, 3), Pa."""
         if self.lag is not None:
             n, most = self.lag.n, self.lag.most
         slip = Slip.of(self.way(x, n)[1], most, self.spring)
@@ -312,7 +328,9 @@ class Rubbing(Touching):
 
 
 def rubbing(touching: Touching, friction: float, carries: Callable[[float], Pose]) -> Rubbing:
-    """A contact with friction, its spring as stiff as the barrier: what sticks gives way by less than its distance."""
+    """Return a contact with friction whose stick stiffness equals the barrier's: sticking points move less than its
+    distance.
+    """
     known = {f.name: getattr(touching, f.name) for f in fields(touching) if f.name != "conservative"}
     spring = touching.barrier.stiffness / touching.barrier.distance
     return Rubbing(**known, friction=friction, spring=spring, carries=carries)

@@ -1,4 +1,4 @@
-"""Mass of rigid bodies: volume, middle and second moments of what their gaps are to, exactly.
+"""Mass properties of rigid bodies, exact: volume, centroid and second moments of the shapes of signed distances.
 
 To add a shape: a function here, a line in VOLUMES.
 """
@@ -24,7 +24,7 @@ from softmark.solvers.mesh.shape import transverse
 
 @dataclass(frozen=True)
 class Volume:
-    """V, m^3, its middle (3,), m, and C = int (X - middle) (X - middle)^T dV (3, 3), m^5."""
+    """Volume V, m^3, its centroid `middle` (3,), m, and C = int (X - middle) (X - middle)^T dV (3, 3), m^5."""
 
     V: float
     middle: Floats
@@ -32,33 +32,33 @@ class Volume:
 
     @cached_property
     def principal(self) -> tuple[Floats, Floats]:
-        """Moments of inertia per mass (3,), m^2, and their axes (3, 3), as columns of a rotation: I = tr(C) 1 - C."""
+        """Principal moments of inertia per mass (3,), m^2, and axes (3, 3), as columns of a rotation: I = tr(C) 1 - C."""
         J, axes = np.linalg.eigh((np.trace(self.C) * np.eye(3) - self.C) / self.V)
         axes[:, 0] *= np.sign(np.linalg.det(axes))
         return J, axes
 
 
 def volume_of(gap: Gap) -> Volume | None:
-    """Of what a gap is to; None where it is not known, or has no end."""
+    """Return the volume properties of a rigid shape; None if they are unknown or infinite."""
     make = VOLUMES.get(type(gap))
     return None if make is None else make(gap)
 
 
 def ball(gap: Ball) -> Volume:
-    """Without its hollow: C = 4 pi / 15 (R^5 - r^5)."""
+    """Return the volume of a ball without its hollow: C = 4 pi / 15 (R^5 - r^5)."""
     V, C = (4.0 * np.pi * (gap.radius**k - gap.inner**k) / (3.0 * k) * (1.0 if k == 5 else 3.0) for k in (3, 5))
     return Volume(V, np.array(gap.centroid), C * np.eye(3))
 
 
 def brick(gap: Brick) -> Volume:
-    """C = V / 3 of the squares of half its extents."""
+    """Return the volume of a box: C = V / 3 times the squares of its half extents."""
     half = np.array(gap.half)
     V = 8.0 * float(half.prod())
     return Volume(V, np.array(gap.centroid), V / 3.0 * np.diag(half**2))
 
 
 def turned(gap: Turned) -> Volume:
-    """By integrals over its half-section, of which Green's theorem makes those along its edges."""
+    """Return the volume of a body of revolution, by Green's theorem along the edges of its half-section."""
     V, Vz, Vzz, Vrr = (2.0 * np.pi * _section(gap, a, b) for a, b in ((1, 0), (1, 1), (1, 2), (3, 0)))
     axis, (e, f) = np.array(gap.axis), (np.array(t) for t in transverse(gap.axis))
     middle = np.array(gap.origin) + Vz / V * axis
@@ -67,7 +67,9 @@ def turned(gap: Turned) -> Volume:
 
 
 def _section(gap: Turned, a: int, b: int) -> float:
-    """int r^a z^b dA over corners (r, z), counter-clockwise: by three Gauss points on each edge, exact to degree 5."""
+    """Return int r^a z^b dA over a counter-clockwise half-section (r, z): three Gauss points per edge, exact to degree
+    5.
+    """
     t, w = np.polynomial.legendre.leggauss(3)
     t, w, total = 0.5 * (t + 1.0), 0.5 * w, 0.0
     for (r0, z0), (r1, z1) in edges(gap.corners):
@@ -77,7 +79,9 @@ def _section(gap: Turned, a: int, b: int) -> float:
 
 
 def surface(gap: Surface) -> Volume:
-    """By the tetrahedra between its triangles and a point: int x x^T = V / 20 (sum of v v^T and of all v's square)."""
+    """Return the volume in a surface, by tetrahedra to a point: int x x^T = V / 20 (sum of v v^T, and the square of sum
+    v).
+    """
     own = gap.corners - (middle := np.array(gap.centroid))
     V = np.einsum("ti,ti->t", own[:, 0], np.cross(own[:, 1], own[:, 2])) / 6.0
     whole = own.sum(axis=1)

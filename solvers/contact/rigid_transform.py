@@ -1,4 +1,4 @@
-"""Where a rigid body is: a motion from where it was declared, and its gap as seen from space."""
+"""Rigid transformation of a body from where it was declared, and the signed distance of the moved body."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 
 def exponential(w: Floats) -> Floats:
-    """The rotation (3, 3) of a vector (3,), rad: Rodrigues' formula."""
+    """Return the rotation matrix (3, 3) of a rotation vector (3,), rad: Rodrigues' formula."""
     angle = float(np.linalg.norm(w))
     k = cross_matrix(w) / (angle or 1.0)
     Q: Floats = np.eye(3) + np.sin(angle) * k + 2.0 * np.sin(0.5 * angle) ** 2 * (k @ k)
@@ -25,7 +25,7 @@ def exponential(w: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Pose:
-    """x = c + Q (X - c) + shift: `rotation` is the vector of Q, rad, `about` the point c, m, and `shift` in m."""
+    """Rigid motion x = c + Q (X - c) + shift: `rotation` is the vector of Q, rad, `about` the point c, m, `shift` in m."""
 
     shift: Vector3 = ZERO
     rotation: Vector3 = ZERO
@@ -33,23 +33,23 @@ class Pose:
 
     @cached_property
     def turn(self) -> Floats | None:
-        """Q (3, 3); None where nothing turns."""
+        """Rotation matrix Q (3, 3); None without rotation."""
         return exponential(np.array(self.rotation)) if any(self.rotation) else None
 
     def at(self, share: float) -> Pose:
-        """The pose at that share of the way, turned around the same axis."""
+        """Return the motion at a fraction of its path, about the same axis."""
         a, b, c = (share * s for s in self.shift)
         p, q, r = (share * w for w in self.rotation)
         return Pose((a, b, c), (p, q, r), self.about)
 
     def moved(self, X: Floats) -> Floats:
-        """Where points X (n, 3) of the body are, m."""
+        """Return the positions, m, of body points X (n, 3)."""
         c, s = np.array(self.about), np.array(self.shift)
         found: Floats = X + s if self.turn is None else (X - c) @ self.turn.T + (c + s)
         return found
 
     def back(self, x: Floats) -> Floats:
-        """Which points of the body are at x (n, 3), m."""
+        """Return the body points, m, that are now at x (n, 3)."""
         c, s = np.array(self.about), np.array(self.shift)
         found: Floats = x - s if self.turn is None else (x - (c + s)) @ self.turn + c
         return found
@@ -57,7 +57,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Posed:
-    """The gap of a body that has moved."""
+    """Signed distance of a body that has moved."""
 
     own: Gap
     pose: Pose
@@ -69,23 +69,23 @@ class Posed:
 
     @property
     def centroid(self) -> Vector3 | None:
-        """The middle of its volume, where it is now, m."""
+        """Centroid of its volume in its present position, m."""
         if self.own.centroid is None:
             return None
         x, y, z = self.pose.moved(np.array([self.own.centroid]))[0].tolist()
         return x, y, z
 
     def gap(self, X: Floats) -> Floats:
-        """g(X) = g0(back(X)) (n,), m."""
+        """Return g(X) = g0(back(X)) (n,), m."""
         return self.own.gap(self.pose.back(X))
 
     def look(self, X: Floats) -> Look:
-        """n = Q n0, H = Q H0 Q^T at points X (n, 3), m."""
+        """Return g, n = Q n0 and H = Q H0 Q^T at points X (n, 3), m."""
         g, n, H = self.own.look(self.pose.back(X))
         Q = self.pose.turn
         return (g, n, H) if Q is None else (g, n @ Q.T, Q @ H @ Q.T)
 
 
 def declared(body: Gap) -> Gap:
-    """The rigid body where it was declared, wherever it is."""
+    """Return the signed distance of a rigid body as declared, before any motion."""
     return body.own if isinstance(body, Posed) else body

@@ -1,8 +1,8 @@
-"""Where facets of one surface lie on those of another whose mesh does not match: polygons cut by polygons, exactly.
+"""Overlap of the facets of two surfaces whose meshes do not match, by exact clipping of polygons.
 
-Straight facets are triangles; what two triangles have in common is cut out in their plane (Sutherland and Hodgman
-1974), and every piece has Gauss points, with local coordinates on both facets. Curved ones are cut as the
-triangles over their nodes, and points are carried to the facets themselves along their normals.
+Straight facets are triangles. The intersection of two triangles is clipped in their plane (Sutherland and Hodgman
+1974), and every piece has Gauss points, with local coordinates on both facets. Curved facets are clipped as the
+triangles over their nodes, and the points are projected to the facets along their normals.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ ROUNDS = 8  # of Newton's method for a point on a curved facet
 
 @dataclass(frozen=True)
 class Overlaps:
-    """Points (p,) of two facets each, `first` and `second` (p,) by their numbers in the mesh, at local coordinates.
+    """Integration points (p,) of overlaps of facets `first` and `second` (p,), with local coordinates on both.
 
-    `A` (p,) are the areas that they stand for, m^2, and `X` (p, 3) where they are on the first at rest, m.
+    `A` (p,) are their areas, m^2, and `X` (p, 3) their positions on the first facet at rest, m.
     """
 
     first: Ints
@@ -38,7 +38,7 @@ class Overlaps:
 
 
 def overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> Overlaps:
-    """What facets `one` and `other` (k,) have in common where they are within a reach, m, of each other."""
+    """Return the overlaps of facets `one` and `other` (k,) that are within a distance `reach`, m, of each other."""
     a, b = _cut_up(mesh, one), _cut_up(mesh, other)
     first, second = _near(a[0], b[0], reach)
     corners, at = _common(a[0][first], b[0][second])
@@ -56,14 +56,14 @@ def overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> Overlaps:
 
 
 def _cut_up(mesh: Mesh, which: Ints) -> tuple[Floats, Ints]:
-    """The flat triangles of facets (t, 3, 3), m, and the facet of each (t,)."""
+    """Return the flat triangles of facets (t, 3, 3), m, and the facet of each (t,)."""
     split = np.array(mesh.element.facet.triangles)
     triangles = mesh.points[mesh.facets[which][:, split]].reshape(-1, 3, 3)
     return triangles, np.repeat(which, len(split))
 
 
 def _near(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
-    """Pairs of triangles that may lie on each other: near, and face to face."""
+    """Return pairs of triangles that may overlap: near, and facing each other."""
     middles = [t.mean(axis=1) for t in (a, b)]
     sizes = [np.linalg.norm(t - m[:, None], axis=2).max(axis=1) for t, m in zip((a, b), middles, strict=True)]
     most = float(sizes[0].max() + sizes[1].max()) + reach
@@ -79,13 +79,16 @@ def _near(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
 
 
 def _normals(t: Floats) -> Floats:
+    """Return unit normals of triangles (t, 3)."""
     n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
     found: Floats = n / np.linalg.norm(n, axis=1, keepdims=True)
     return found
 
 
 def _common(a: Floats, b: Floats) -> tuple[Floats, Ints]:
-    """What pairs of triangles (p, 3, 3) have in common in the plane of the first: triangles (t, 3, 3), and of which."""
+    """Return intersections of pairs of triangles (p, 3, 3) in the plane of the first: triangles (t, 3, 3), and their
+    pairs.
+    """
     n = _normals(a)
     u = a[:, 1] - a[:, 0]
     u /= np.linalg.norm(u, axis=1, keepdims=True)
@@ -107,7 +110,7 @@ def _common(a: Floats, b: Floats) -> tuple[Floats, Ints]:
 
 
 def _clipped(polygon: Any, window: Any) -> list[Any]:
-    """A polygon cut to a triangle, both counter-clockwise in the plane."""
+    """Return a polygon clipped to a triangle, both counter-clockwise in the plane."""
     left = list(polygon)
     for i in range(3):
         p, q = window[i], window[(i + 1) % 3]
@@ -124,17 +127,18 @@ def _clipped(polygon: Any, window: Any) -> list[Any]:
 
 
 def _twice(p: Any, q: Any, c: Any) -> float:
-    """Twice the area of a triangle in the plane, with its sign."""
+    """Return twice the signed area of a triangle in the plane."""
     return float((q[0] - p[0]) * (c[1] - p[1]) - (q[1] - p[1]) * (c[0] - p[0]))
 
 
 def _at(mesh: Mesh, facets: Ints, xi: Floats) -> Floats:
+    """Return the positions of local points xi of facets, m."""
     found: Floats = np.einsum("pa,pai->pi", FACETS[mesh.facets.shape[1]].shape(xi), mesh.points[mesh.facets[facets]])
     return found
 
 
 def _located(mesh: Mesh, facets: Ints, X: Floats) -> Floats:
-    """Local coordinates (p, 2) of the points of facets (p,) that are nearest to X (p, 3): Gauss and Newton."""
+    """Return local coordinates (p, 2) of the points of facets (p,) closest to X (p, 3), by the Gauss-Newton method."""
     facet = FACETS[mesh.facets.shape[1]]
     nodes = mesh.points[mesh.facets[facets]]
     xi = np.tile(np.array(facet.centre), (len(X), 1))

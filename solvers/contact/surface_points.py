@@ -1,4 +1,4 @@
-"""Points of a surface that go with its material, at nodes and between them, and planes that they keep clear of."""
+"""Material points of a surface, at nodes or between them, and points added in front of planes of a rigid body."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SAME = 1e-9  # of shape functions: what is less is nothing
 
 @dataclass(frozen=True)
 class Points:
-    """x_p = sum_a N_pa x_a, `shares` N (p, a) of nodes `of` (p, a), at rest X (p, 3), m, for areas A (p,), m^2."""
+    """Points x_p = sum_a N_pa x_a: `shares` N (p, a) of nodes `of` (p, a), at rest X (p, 3), m, with areas A (p,), m^2."""
 
     of: Ints
     shares: Floats
@@ -23,11 +23,11 @@ class Points:
         return len(self.A)
 
     def some(self, which: Ints) -> Points:
-        """Those at some places (k,) of it."""
+        """Return the selected points (k,)."""
         return Points(self.of[which], self.shares[which], self.X[which], self.A[which])
 
     def and_(self, others: Points) -> Points:
-        """With others after them; who has fewer nodes gets the first once more, with no share."""
+        """Return these points followed by others; missing nodes repeat the first with zero weight."""
         width = max(self.of.shape[1], others.of.shape[1])
         of = [np.hstack([p.of, np.repeat(p.of[:, :1], width - p.of.shape[1], axis=1)]) for p in (self, others)]
         shares = [np.pad(p.shares, ((0, 0), (0, width - p.shares.shape[1]))) for p in (self, others)]
@@ -37,10 +37,12 @@ class Points:
 
 @dataclass(frozen=True)
 class Joined:
-    """Points kept in front of planes of a rigid body, with normals n (p, 3), through c (p, 3), m, as it sees them.
+    """Added points kept in front of planes of a rigid body, with normals n (p, 3), through c (p, 3), m, in the body
+    frame.
 
-    `which` (p,) are numbers of the parts of the surface that they are the deepest points of, and t (p, 2) their places
-    on these; `ways` (p, 2, 2) are how these came about: the place before, and how far from there the deepest point was.
+    Each is the deepest point of the surface part with number `which` (p,), at local coordinates t (p, 2). `ways` (p, 2,
+    2)
+    are the coordinates before, and the step from there to the deepest point.
     """
 
     points: Points
@@ -54,7 +56,7 @@ class Joined:
         return len(self.which)
 
     def some(self, which: Ints) -> Joined:
-        """Those at some places (k,) of it."""
+        """Return the selected points (k,)."""
         return Joined(
             self.points.some(which), self.which[which], self.t[which], self.ways[which], self.c[which], self.n[which]
         )

@@ -1,4 +1,4 @@
-"""The least distance between parts of a surface that face each other, as the walls of a fold do before it closes."""
+"""Least distance between parts of a surface that face each other, such as the walls of a fold before it closes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ CHUNK = 2_000_000  # pairs that are compared at a time, 50 MB
 
 
 def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | None:
-    """The least distance, m, from a corner of V (n, d) to a face (f, d) of the same surface that faces it.
+    """Return the least distance, m, from a corner of V (n, d) to a face (f, d) of the same surface that faces it.
 
-    `normals` (f, d) are outward units. Faces at the corner itself are left out. Infinite if no parts face each other,
-    None if the surface has too many faces to tell.
+    `normals` (f, d) are outward unit normals. Faces at the corner itself are left out. The result is infinite if no
+    parts
+    face each other, and None if the surface has too many faces for this search.
     """
     corners = np.unique(faces)
     if len(corners) * len(faces) > PAIRS:
@@ -47,12 +48,13 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
 
 
 def _nearest_first(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) -> tuple[Ints, Ints]:
+    """Sort pairs of corners and faces by a lower bound of their distance."""
     order = np.argsort(far[p, f] - radii[f], kind="stable")
     return p[order], f[order]
 
 
 def _around(faces: Ints, count: int) -> tuple[Ints, Ints]:
-    """Faces at each corner (f k,), one corner after the other, and where those of each begin (n + 1,)."""
+    """Return the faces of all corners (f k,), one corner after the other, and the start of each corner (n + 1,)."""
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(faces.ravel(), minlength=count))])
     return order // faces.shape[1], starts.astype(np.int64)

@@ -1,4 +1,4 @@
-"""Two surfaces as if they were glued: springs between what lies on each other, where meshes do not match."""
+"""Tie constraint: springs between two overlapping surfaces that act as if glued, for meshes that do not match."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from softmark.solvers.mesh.mesh import Mesh
 
 @dataclass(frozen=True)
 class Tied(Energy):
-    """E = 1/2 int k |u - v|^2 dA over what two surfaces have in common at rest, u and v the displacements of both.
+    """Tie energy E = 1/2 int k |u - v|^2 dA over the overlap of two surfaces at rest, u and v their displacements.
 
-    A stress sigma opens it by sigma / k: `stiffness` k (Pa/m) is large beside E / h of the cells. Uniform stress stays
-    uniform whatever the meshes are, since what is common to facets is cut out exactly (a patch test).
+    A stress sigma opens it by sigma / k: `stiffness` k (Pa/m) is large compared with E / h of the cells. Uniform stress
+    stays uniform on any meshes, since overlaps of facets are exact (a patch test).
     """
 
     nodes: Ints  # (p, a + b) of both facets of each pair
@@ -32,46 +32,46 @@ class Tied(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Three degrees of freedom of each node (p, 3 (a + b))."""
+        """Degrees of freedom of the nodes of each facet pair (p, 3 (a + b))."""
         return (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), -1)
 
     def value(self, x: Floats) -> float:
-        """What the springs store, J."""
+        """Return the energy of the springs, J."""
         u = np.asarray(x, dtype=np.float64)[self.stencils]
         return 0.5 * float(np.einsum("pi,pij,pj->", u, self.K, u, optimize=True))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Forces of the springs, N."""
+        """Add the gradient: minus the forces of the springs on nodes, N."""
         np.add.at(g, self.stencils, scale * np.einsum("pij,pj->pi", self.K, x[self.stencils]))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The stiffness, which is positive and never changes."""
+        """Add the stiffness, which is constant and positive semidefinite."""
         add_blocks(scale * self.K, slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """What the last digits of displacements leave in the forces, N."""
+        """Return the error of the forces due to rounding of displacements, N."""
         u = np.abs(np.asarray(x)[self.stencils])
         return float(np.finfo(np.asarray(x).dtype).eps * np.linalg.norm(np.einsum("pij,pj->pi", np.abs(self.K), u)))
 
 
 def tied(mesh: Mesh, one: Ints, other: Ints, stiffness: float, reach: float, depth: float = 0.0) -> Tied:
-    """Springs between facets `one` and `other` (k,) of a mesh where they lie on each other within a reach, m.
+    """Return springs between facets `one` and `other` (k,) of a mesh that overlap within a distance `reach`, m.
 
-    With the `depth`, m, of a slice through a body of revolution whole rings are tied.
+    With the `depth`, m, of a slice through a body of revolution, whole rings are tied.
     """
     common = overlaps(mesh, one, other, reach)
     A = common.A
     if depth:
-        from softmark.solvers.energies.axisymmetric import around
+        from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
-        A = A * around(common.X[:, 0], depth)
+        A = A * circumference_in_slices(common.X[:, 0], depth)
     pairs, which = np.unique(np.stack([common.first, common.second], axis=1), axis=0, return_inverse=True)
     nodes = np.concatenate([mesh.facets[pairs[:, 0]], mesh.facets[pairs[:, 1]]], axis=1)
     return Tied(nodes, _springs(mesh, common, stiffness * A, which.ravel(), len(pairs)), float(A.sum()), stiffness)
 
 
 def _springs(mesh: Mesh, common: Overlaps, weights: Floats, which: Ints, pairs: int) -> Floats:
-    """Integrals of k N_a N_b over the overlap of every pair, the second with the opposite sign."""
+    """Return integrals of k N_a N_b over the overlap of every pair, the second with the opposite sign."""
     shape = FACETS[mesh.facets.shape[1]].shape
     N = np.concatenate([shape(common.xi), -shape(common.eta)], axis=1)
     M = np.zeros((pairs, N.shape[1], N.shape[1]))

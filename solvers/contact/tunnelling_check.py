@@ -1,8 +1,8 @@
-"""Whether a rigid body went through a surface from one state to the next, so that an equilibrium is on the wrong side.
+"""Tunnelling check: finds whether a rigid body passed through a surface between two states.
 
-Every state is found by itself: what has gone past a body in one step touches nothing, and what has gone half-way pushes
-nodes out behind it. In between both are taken to go straight. Asked are the points that keep clear, how deep they were
-in the rigid body, and the middle of that, through which facets it went: between their points nothing is in its way.
+Every state is solved separately: a body that passed through in one step touches nothing, and one that passed half-way
+pushes nodes out behind it. Motion between states is taken to be straight. The check uses the depth of contact points
+in the rigid body, and the facets that its centroid passed through: between contact points nothing stops it.
 """
 
 from __future__ import annotations
@@ -25,27 +25,28 @@ BESIDE = 1e-3  # of a triangle: what is as near to a side of it goes through it 
 
 @dataclass(frozen=True)
 class Skin:
-    """All of a body's surface, or of a slice its border: triangles of nodes `of` (t, 3), at rest X (t, 3, 3), m."""
+    """Whole surface of a body, or border of a slice: triangles of nodes `of` (t, 3), at rest X (t, 3, 3), m."""
 
     of: Ints
     X: Floats
 
     def at(self, x: Floats, pose: Pose) -> Floats:
-        """In a state (dofs,), as seen from a rigid body that has moved (t, 3, 3), m."""
+        """Return the triangles in a state (dofs,), in the frame of a rigid body that has moved (t, 3, 3), m."""
         now = self.X + np.asarray(x, dtype=np.float64)[3 * self.of[..., None] + np.arange(3)]
         return pose.back(now.reshape(-1, 3)).reshape(now.shape)
 
 
 def skin(points: Floats, facets: Ints) -> Skin:
-    """Of facets (f, a) of a mesh, at rest at points (n, 3), m."""
+    """Return the triangles of facets (f, a) of a mesh, at rest at points (n, 3), m."""
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
     return Skin(triangles, points[triangles])
 
 
 def passed(contact: Touching, before: Floats, x: Floats) -> float:
-    """How deep, m, points were behind the surface of a rigid body on the way from a state (dofs,) to another; or 0.
+    """Return the greatest depth, m, of points in a rigid body on the way from state `before` (dofs,) to x; 0 if
+    allowed.
 
-    Asked are those that are pressed in the end, or all of them where none is.
+    It considers the points in contact at the end, or all points if there are none.
     """
     now = contact.at(1.0)
     start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))
@@ -72,7 +73,7 @@ def passed(contact: Touching, before: Floats, x: Floats) -> float:
 
 
 def _deepest(own: Gap, poses: tuple[Pose, Pose], ends: tuple[Floats, Floats], inner: float) -> Floats:
-    """How deep points were at most that go from one end to the other (n, 3), m, as the rigid body turns and shifts."""
+    """Return the greatest depths of points that move between two `ends` (n, 3), m, as the rigid body moves."""
     (start, end), (first, last) = poses, ends
     far = float(np.linalg.norm(end.back(last) - start.back(first), axis=1).max(initial=0.0))
     steps = int(np.clip(2.0 * far / inner, STEPS, MOST)) if inner > 0.0 else STEPS
@@ -101,16 +102,16 @@ def entered(contact: Touching, before: Floats, x: Floats) -> bool:
 
 
 def _pierced(A: Floats, B: Floats) -> bool:
-    """Whether triangles that go straight from A to B (t, 3, 3), m, from the middle of a rigid body, have gone past it.
+    """Return whether triangles that move straight from A to B (t, 3, 3), m, have passed the centroid of a body at 0.
 
-    In through some and out through others that look the other way; what goes on around a corner does not.
+    It enters through some and leaves through others that face the other way; motion around a corner does not count.
     """
     n = _crossings(A, B)
     return bool((n @ n.T < 0.0).any())
 
 
 def _crossings(A: Floats, B: Floats) -> Floats:
-    """Normals (k, 3), m^2, of the triangles that sweep over the origin, going straight from A to B (t, 3, 3), m."""
+    """Return normals (k, 3), m^2, of triangles that sweep over the origin on straight paths from A to B (t, 3, 3), m."""
     both = np.concatenate([A, B], axis=1)
     near = ((both.min(axis=1) <= 0.0) & (both.max(axis=1) >= 0.0)).all(axis=1)
     A, B = A[near], B[near]

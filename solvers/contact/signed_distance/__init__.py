@@ -1,7 +1,7 @@
-"""Gaps: how far points are from the surface of a rigid shape. To add one: a class in a file here, a line in GAPS.
+"""Signed distances of points to rigid shapes, called gaps. To add one: a class in a file here, a line in GAPS.
 
-`gap_of(shape)` says which shapes of the language have one. A shape that is listed may still have none, such as a sphere
-of which planes of symmetry leave a part: an instrument is whole.
+`gap_of(shape)` returns the gap of a shape of the language. A shape in the table may still have none, such as a sphere
+cut by planes of symmetry: a rigid body must be whole.
 """
 
 from __future__ import annotations
@@ -43,6 +43,6 @@ GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
 
 
 def gap_of(shape: Shape) -> Gap | None:
-    """The gap to a shape's surface; None of one that has none. Raises UnreadableMesh, of a file's surface."""
+    """Return the signed distance to a shape's surface; None if it has none. Raises UnreadableMesh for a file's surface."""
     make = GAPS.get(type(shape))
     return None if make is None or shape.fault else make(shape)

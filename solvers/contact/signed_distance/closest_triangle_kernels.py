@@ -1,4 +1,4 @@
-"""Compiled loops of the gap to a surface: the closest point on triangles, by a tree of boxes."""
+"""Compiled search for the closest point on triangles, in a tree of bounding boxes."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ def nearest(
     X: Floats, low: Floats, high: Floats, child: Ints, first: Ints, corners: Floats, best: Ints, share: Floats,
     stack: Ints, own: Floats,
 ) -> None:  # fmt: skip
-    """Of places X (n, 3): the closest triangle `best` (n,), and shares of its corners in the closest point (n, 3).
+    """Find for points X (n, 3) the closest triangle `best` (n,) and the barycentric coordinates `share` (n, 3) there.
 
-    Node k of the tree has a box from low[k] to high[k], and the children child[k], child[k] + 1; a leaf has child[k] =
-    0 and of `corners` (t, 3, 3) the triangles first[k, 0] to first[k, 1]. `stack` has room for twice its depth, `own`
-    for three numbers.
+    Node k of the tree has a box from low[k] to high[k], and the children child[k], child[k] + 1. A leaf has child[k] =
+    0
+    and the triangles first[k, 0] to first[k, 1] of `corners` (t, 3, 3). `stack` has room for twice the depth of the
+    tree,
+    `own` for three numbers.
     """
     for i in range(len(X)):
         far = np.inf
@@ -47,7 +49,7 @@ def nearest(
 
 @part
 def _to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
-    """Square of the distance from a place to a box, m^2."""
+    """Return the squared distance from a point to a box, m^2."""
     total = 0.0
     for k in range(3):
         d = max(low[node, k] - X[i, k], X[i, k] - high[node, k], 0.0)
@@ -57,16 +59,16 @@ def _to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
 
 @part
 def _dot(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
-    """(b - a) . (d - c)"""
+    """Return (b - a) . (d - c)."""
     total: float = (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
     return total
 
 
 @part
 def _to_triangle(X: Floats, i: int, corners: Floats, t: int, own: Floats) -> float:
-    """Square of the distance to a triangle, m^2; and shares of its corners in the closest point, exactly 0 on a side.
+    """Return the squared distance to a triangle, m^2; sets `own` to barycentric coordinates there, exactly 0 on a side.
 
-    By the region that the place is over: corner, side or face. Source: Ericson, Real-Time Collision Detection, 5.1.5.
+    It tests the region below the point: corner, side or face. Source: Ericson, Real-Time Collision Detection, 5.1.5.
     """
     p, a, b, c = X[i], corners[t, 0], corners[t, 1], corners[t, 2]
     d1, d2 = _dot(a, b, a, p), _dot(a, c, a, p)

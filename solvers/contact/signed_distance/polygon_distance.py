@@ -1,4 +1,4 @@
-"""The signed distance to a polygon in its plane: the section of a prism, or half that of a body of revolution."""
+"""Signed distance to a polygon in its plane: the section of a prism, or the half-section of a body of revolution."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ NONE = 1e-12  # of its size: what is as near is on it
 
 @dataclass(frozen=True)
 class Sides:
-    """Sides from `start` (e, 2) along `way` (e, 2), m; unit normals outward (e, 2), those of its two corners too."""
+    """Sides of a polygon from `start` (e, 2) along `way` (e, 2), m, with unit outward normals and normals of both
+    corners.
+    """
 
     start: Floats
     way: Floats
@@ -28,19 +30,19 @@ class Sides:
 
 @dataclass(frozen=True)
 class Outline:
-    """Corners, counter-clockwise, m; of a body `around` an axis r >= 0, and sides on the axis are no surface."""
+    """Polygon with corners counter-clockwise, m; `around` an axis r >= 0, sides on the axis are no surface."""
 
     corners: Corners
     around: bool = False
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of its bounds, m."""
+        """Diagonal of its bounding box, m."""
         return polygons.extent(self.corners)
 
     @cached_property
     def sides(self) -> Sides:
-        """Its sides, without those on the axis: there the side next to it meets its own mirror."""
+        """Sides without those on the axis; a side that ends on the axis meets its own mirror image there."""
         a = np.array(self.corners)
         way = np.roll(a, -1, axis=0) - a
         n = np.stack([way[:, 1], -way[:, 0]], axis=1) / np.linalg.norm(way, axis=1)[:, None]
@@ -56,12 +58,14 @@ class Outline:
 
     @cached_property
     def sharp(self) -> bool:
-        """Whether it has a corner that is convex, off the axis or at a tip."""
+        """True if it has a convex corner off the axis, or a tip on the axis."""
         s = self.sides
         return bool(np.any(np.einsum("ei,ei->e", s.way, s.last) > 1e-6 * np.linalg.norm(s.way, axis=1)))
 
     def _nearest(self, p: Floats) -> tuple[Ints, Floats, Floats]:
-        """Of points (n, 2): the nearest side (n,), what is left to it (n, 2), m, and where it is closest (n,)."""
+        """Return for points (n, 2): the nearest side (n,), the vector from it (n, 2), m, and the position along it
+        (n,).
+        """
         s = self.sides
         off = p[:, None] - s.start
         t = np.clip(np.einsum("nei,ei->ne", off, s.way) / np.einsum("ei,ei->e", s.way, s.way), 0.0, 1.0)
@@ -71,7 +75,7 @@ class Outline:
         return side, off[rows, side], t[rows, side]
 
     def _signed(self, p: Floats) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.bool_]]:
-        """Gap (n,), what is left (n, 2), how far that is (n,), the pseudonormal (n, 2), and whether at a corner (n,).
+        """Return gap (n,), vector from the polygon (n, 2), its length (n,), pseudonormal (n, 2), and corner mask (n,).
 
         The sign is that of the angle with the pseudonormal: Baerentzen and Aanaes 2005, in the plane.
         """
@@ -90,11 +94,13 @@ class Outline:
         return np.where(corner, sign * d, straight), off, d, pseudo, corner
 
     def gap(self, p: Floats) -> Floats:
-        """From points (n, 2), m, to the polygon (n,), m: negative inside."""
+        """Return distances from points (n, 2), m, to the polygon (n,), m: negative inside."""
         return self._signed(p)[0]
 
     def look(self, p: Floats) -> tuple[Floats, Floats, Floats]:
-        """At points (n, 2), m: the gap (n,), its gradient (n, 2), and its second derivative across that (n,), 1/m."""
+        """Return at points (n, 2), m: the gap (n,), its gradient (n, 2), and its second derivative across that (n,),
+        1/m.
+        """
         g, off, d, pseudo, corner = self._signed(p)
         at = corner & (d > NONE * self.size)
         sign = np.where(g < 0.0, -1.0, 1.0)

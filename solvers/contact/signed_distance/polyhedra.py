@@ -1,4 +1,4 @@
-"""Gaps to shapes with flat sides: half a space, a box along the coordinates, a prism of any polygon."""
+"""Signed distances to shapes with flat sides: a half-space, a box along the coordinate axes, and a prism."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ AT = 1e-12  # of its size: what is as near is on an edge
 
 @dataclass(frozen=True)
 class Half:
-    """All that is behind a plane through `origin`, m, whose unit normal looks out of it."""
+    """Half-space behind a plane through `origin`, m, with the unit outward `normal`."""
 
     origin: Vector3
     normal: Vector3
@@ -27,37 +27,39 @@ class Half:
     centroid = None
 
     def gap(self, X: Floats) -> Floats:
-        """(X - o) . n"""
+        """Return (X - o) . n."""
         far: Floats = (X - np.array(self.origin)) @ np.array(self.normal)
         return far
 
     def look(self, X: Floats) -> Look:
-        """The same normal everywhere, and no curvature."""
+        """Return the gap, the constant normal, and a zero Hessian."""
         return self.gap(X), np.tile(np.array(self.normal), (len(X), 1)), np.zeros((len(X), 3, 3))
 
 
 @dataclass(frozen=True)
 class Brick:
-    """A box with edges along x, y and z: its centre and half of its extents, m."""
+    """Box with edges along x, y and z: its centre and half of its extents, m."""
 
     centroid: Vector3
     half: Vector3
     sharpest = 0.0
 
     def _beyond(self, X: Floats) -> tuple[Floats, Floats]:
-        """How far points are beyond its faces (n, 3), m, negative within, and on which side (n, 3)."""
+        """Return distances of points beyond its faces (n, 3), m, negative inside, and the signs of their sides (n, 3)."""
         x = X - np.array(self.centroid)
         return np.abs(x) - np.array(self.half), np.where(x < 0.0, -1.0, 1.0)
 
     def gap(self, X: Floats) -> Floats:
-        """The distance from the nearest point of it; within it, to the nearest face."""
+        """Return the distance to the box; inside, minus that to the nearest face."""
         q = self._beyond(X)[0]
         far = np.linalg.norm(np.maximum(q, 0.0), axis=1)
         found: Floats = np.where(far > 0.0, far, q.max(axis=1))
         return found
 
     def look(self, X: Floats) -> Look:
-        """Of what is nearest: H = 0 of a face, (1 - n n - t t) / d of an edge along t, (1 - n n) / d of a corner."""
+        """Return gap, normal and H: 0 near a face, (1 - n n - t t) / d near an edge along t, (1 - n n) / d near a
+        corner.
+        """
         q, side = self._beyond(X)
         out = np.maximum(q, 0.0)
         d = np.linalg.norm(out, axis=1)
@@ -73,7 +75,7 @@ class Brick:
 
 @dataclass(frozen=True)
 class Prism:
-    """A polygon, m, moved along z from `base` to `base + height`, m; `order` says which coordinates x, y and z are."""
+    """Prism of a polygon, m, along z from `base` to `base + height`, m; `order` maps its coordinates to x, y and z."""
 
     section: polygons.Corners
     base: float
@@ -83,28 +85,28 @@ class Prism:
 
     @cached_property
     def outline(self) -> Outline:
-        """Its section."""
+        """Polygon of its section."""
         return Outline(self.section)
 
     @property
     def centroid(self) -> Vector3:
-        """The middle of its volume, m."""
+        """Centroid of its volume, m."""
         own = (*polygons.centroid(self.section), self.base + 0.5 * self.height)
         x, y, z = (own[self.order.index(i)] for i in range(3))
         return x, y, z
 
     def _own(self, X: Floats) -> tuple[Floats, Floats]:
-        """Points in the section (n, 2), m, and along the prism from its middle (n,), m."""
+        """Return points in the section (n, 2), m, and along the prism from its middle (n,), m."""
         own = X[:, self.order]
         return own[:, :2], own[:, 2] - (self.base + 0.5 * self.height)
 
     def gap(self, X: Floats) -> Floats:
-        """Of the distances to its section and beyond its ends, what both make."""
+        """Return the gap, combined from the distances to its section and beyond its ends."""
         p, z = self._own(X)
         return _both(self.outline.gap(p), np.abs(z) - 0.5 * self.height)
 
     def look(self, X: Floats) -> Look:
-        """Of its sides, of its ends, or beyond both of the edge between."""
+        """Return gap, normal and Hessian of the nearest side or end, or beyond both of the edge between them."""
         p, z = self._own(X)
         a, m, h = self.outline.look(p)
         b, up = np.abs(z) - 0.5 * self.height, np.where(z < 0.0, -1.0, 1.0)
@@ -122,5 +124,5 @@ class Prism:
 
 
 def _both(a: Floats, b: Floats) -> Floats:
-    """The distance to what lies within both, where these are independent: sqrt(a^2 + b^2) beyond both, m."""
+    """Return the distance to the intersection of two independent sets: sqrt(a^2 + b^2) beyond both, m."""
     return np.where((a > 0.0) & (b > 0.0), np.hypot(a, b), np.maximum(a, b))

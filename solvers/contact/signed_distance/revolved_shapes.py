@@ -1,4 +1,4 @@
-"""The gap to a body of revolution: what is nearest to a point lies in the half-plane of the axis and the point."""
+"""Signed distance to a body of revolution, from that to its half-section in the plane of the axis and the point."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ AXIS = 1e-12  # of its size: what is as near is on the axis
 
 @dataclass(frozen=True)
 class Turned:
-    """Corners (r, z), counter-clockwise, m, turned around the unit vector `axis` through `origin`, m."""
+    """Body of revolution: corners (r, z), counter-clockwise, m, around the unit vector `axis` through `origin`, m."""
 
     corners: Corners
     axis: Vector3
@@ -27,21 +27,21 @@ class Turned:
 
     @cached_property
     def outline(self) -> Outline:
-        """Its half-section."""
+        """Polygon of its half-section."""
         return Outline(self.corners, around=True)
 
     @property
     def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m: of corners 0."""
+        """Least radius of curvature of its convex edges, m: 0 for corners."""
         return 0.0 if self.outline.sharp else math.inf
 
     @cached_property
     def centroid(self) -> Vector3:
-        """The middle of its volume, m: z = int r z dA / int r dA over the half-section."""
+        """Centroid of its volume, m: z = int r z dA / int r dA over the half-section."""
         return moved(self.origin, (middle(self.corners), self.axis))
 
     def _own(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """Distance from the axis and place along it (n, 2), m; the way out from it (n, 3), and where there is none."""
+        """Return radius and axial position (n, 2), m, the radial unit vector (n, 3), and a mask of points on the axis."""
         axis = np.array(self.axis)
         x = X - np.array(self.origin)
         z = x @ axis
@@ -52,7 +52,7 @@ class Turned:
         return np.stack([r, z], axis=1), out, on
 
     def gap(self, X: Floats) -> Floats:
-        """That to the half-section."""
+        """Return the gap to the half-section."""
         axis = np.array(self.axis)
         x = X - np.array(self.origin)
         z = x @ axis
@@ -60,7 +60,7 @@ class Turned:
         return self.outline.gap(np.stack([r, z], axis=1))
 
     def look(self, X: Floats) -> Look:
-        """n = n_r e_r + n_z e_z, H = h t t + n_r / r e_phi e_phi, with t across n in the half-plane.
+        """Return gap, n = n_r e_r + n_z e_z, H = h t t + n_r / r e_phi e_phi, with t across n in the half-plane.
 
         On the axis n_r / r is h, its limit where the surface is nearest at a tip or flat.
         """
@@ -76,7 +76,7 @@ class Turned:
 
 
 def middle(corners: Corners) -> float:
-    """Where along the axis the middle of the volume is that corners (r, z) turned around it enclose, m."""
+    """Return the axial position of the centroid of the volume that corners (r, z) enclose around the axis, m."""
     volume = moment = 0.0
     for (a, b), (c, d) in edges(corners):
         volume += (a * d - c * b) * (a + c) / 6.0

@@ -1,4 +1,4 @@
-"""Gaps that are those of a core, less a radius: spheres, and what is rounded. Their distances are exact everywhere."""
+"""Signed distances of a core minus a radius: spheres and rounded shapes, exact everywhere."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AT = 1e-12  # of the radius: what is as near is the centre
 
 @dataclass(frozen=True)
 class Ball:
-    """All within `radius` of a centre, m, but for a hollow of radius `inner` around it."""
+    """Ball of a `radius` around a centre, m, without a concentric hollow of radius `inner`."""
 
     radius: float
     centroid: Vector3
@@ -29,21 +29,22 @@ class Ball:
         return self.radius
 
     def _from_centre(self, X: Floats) -> tuple[Floats, Floats]:
+        """Return vectors from the centre to points X, and their lengths, m."""
         x = X - np.array(self.centroid)
         return x, np.sqrt(np.einsum("ni,ni->n", x, x))
 
     def _outer(self, r: Floats) -> NDArray[np.bool_]:
-        """Where the hollow is farther than the outer surface (n,)."""
+        """Return a mask of the points (n,) that are nearer to the outer surface than to the hollow."""
         found: NDArray[np.bool_] = 2.0 * r >= (self.radius + self.inner if self.inner else 0.0)
         return found
 
     def gap(self, X: Floats) -> Floats:
-        """|X - c| - R; towards a hollow its radius - |X - c|."""
+        """Return |X - c| - R; nearer to a hollow its radius - |X - c|."""
         r = self._from_centre(X)[1]
         return np.where(self._outer(r), r - self.radius, self.inner - r)
 
     def look(self, X: Floats) -> Look:
-        """n = (X - c) / r, H = (1 - n n) / r; at the centre n is along z and H zero."""
+        """Return gap, n = (X - c) / r, H = (1 - n n) / r; at the centre n is along z and H zero."""
         x, r = self._from_centre(X)
         at = r <= AT * self.radius
         r, n = np.where(at, 0.0, r), np.where(at[:, None], [0.0, 0.0, 1.0], x / np.where(at, 1.0, r)[:, None])
@@ -54,14 +55,14 @@ class Ball:
 
 
 def across(n: Floats) -> Floats:
-    """1 - n n (n, 3, 3) of unit vectors (n, 3)."""
+    """Return the projections 1 - n n (n, 3, 3) across unit vectors (n, 3)."""
     found: Floats = np.eye(3) - n[:, :, None] * n[:, None, :]
     return found
 
 
 @dataclass(frozen=True)
 class Rounded:
-    """All within `radius` of a convex core, m: its distance is that to the core, less the radius, inside too."""
+    """All points within `radius` of a convex core, m: the gap is that of the core minus the radius, also inside."""
 
     core: Gap
     radius: float
@@ -73,10 +74,10 @@ class Rounded:
         return self.core.sharpest + self.radius if math.isfinite(self.core.sharpest) else math.inf
 
     def gap(self, X: Floats) -> Floats:
-        """That of the core, less the radius."""
+        """Return the gap of the core minus the radius."""
         return self.core.gap(X) - self.radius
 
     def look(self, X: Floats) -> Look:
-        """That of the core, less the radius."""
+        """Return the gap of the core minus the radius, with its normal and Hessian."""
         g, n, H = self.core.look(X)
         return g - self.radius, n, H

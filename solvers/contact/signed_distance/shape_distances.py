@@ -1,4 +1,4 @@
-"""The gaps of shapes of the language, one function for each kind."""
+"""Constructors of signed distances for the shapes of the language, one function for each kind."""
 
 from __future__ import annotations
 
@@ -20,68 +20,69 @@ ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # of a prism's two co
 
 
 def half_space(shape: HalfSpace) -> Gap:
-    """Of all behind a plane."""
+    """Return the gap of a half-space."""
     return Half(shape.origin, shape.normal)
 
 
 def sphere(shape: Sphere) -> Gap | None:
-    """Of a whole one."""
+    """Return the gap of a whole sphere; None for a part of one."""
     return None if shape.kept else Ball(shape.radius, shape.origin)
 
 
 def shell(shape: SphericalShell) -> Gap | None:
-    """Of a whole one."""
+    """Return the gap of a whole spherical shell; None for a part of one."""
     return None if shape.kept else Ball(shape.radius, shape.origin, shape.inner)
 
 
 def box(shape: Box) -> Gap:
-    """Of a sharp one."""
+    """Return the gap of a box with sharp edges."""
     return _brick(shape.origin, shape.size, 0.0)
 
 
 def rounded_box(shape: RoundedBox) -> Gap:
-    """Of one that is rounded: a smaller one, and all that is near."""
+    """Return the gap of a box with rounded edges: a smaller box and all points near it."""
     core = _brick(shape.origin, shape.size, shape.rounding)
     return Rounded(core, shape.rounding, core.centroid)
 
 
 def _brick(origin: Vector3, size: Vector3, less: float) -> Brick:
+    """Return a box with corner `origin` and `size`, m, smaller by `less` on each side."""
     a, b, c = (0.5 * s for s in size)
     x, y, z = origin
     return Brick((x + a, y + b, z + c), (a - less, b - less, c - less))
 
 
 def cylinder(shape: Cylinder) -> Gap:
-    """Of one with flat ends and sharp rims."""
+    """Return the gap of a cylinder with flat ends and sharp rims."""
     r, h = shape.radius, shape.length
     return Turned(((0.0, 0.0), (r, 0.0), (r, h), (0.0, h)), shape.axis, shape.origin)
 
 
 def tube(shape: Tube) -> Gap:
-    """Of one with flat ends and sharp rims."""
+    """Return the gap of a tube with flat ends and sharp rims."""
     r, s, h = shape.radius, shape.inner, shape.length
     return Turned(((s, 0.0), (r, 0.0), (r, h), (s, h)), shape.axis, shape.origin)
 
 
 def revolved(shape: Revolution) -> Gap:
-    """Of a polygon that is turned around an axis, such as a cone."""
+    """Return the gap of a polygon revolved around an axis, such as a cone."""
     return Turned(shape.outline, shape.axis, shape.origin)
 
 
 def rounded(shape: RoundedTurned) -> Gap:
-    """Of what is rounded all around: its core, and all that is near."""
+    """Return the gap of a rounded body of revolution: its core and all points near it."""
     core = Turned(shape.core, shape.axis, shape.origin)
     centre = moved(shape.origin, (middle(shape.outline(ARC)), shape.axis))
     return Rounded(core, shape.rounding, centre)
 
 
 def extruded(shape: Extruded) -> Gap:
-    """Of a prism of any polygon."""
+    """Return the gap of a prism of any polygon."""
     return Prism(shape.section, shape.base, shape.height, ORDERS[shape.along])
 
 
 def surface(shape: Shape) -> Gap:
-    """Of a closed surface of triangles, repaired as those that are filled. Raises UnreadableMesh."""
+    """Return the gap of a closed triangle surface, repaired like those of filled bodies. Raises UnreadableMesh."""
     from softmark.solvers.contact.signed_distance.triangle_surface import Surface
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
     from softmark.solvers.mesh.files.watertight_repair import closed

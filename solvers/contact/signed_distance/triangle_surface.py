@@ -1,4 +1,4 @@
-"""The gap to a closed surface of triangles: the closest point on it, inside or out by the normal there."""
+"""Signed distance to a closed triangle surface, from the closest point on it; the normal there gives the sign."""
 
 from __future__ import annotations
 
@@ -18,38 +18,46 @@ FOLD = math.radians(30.0)  # triangles that meet at a larger angle meet at an ed
 
 
 class Surface:
-    """Points (n, 3), m, and triangles (t, 3), outward and closed.
+    """Closed triangle surface: points (n, 3), m, and outward triangles (t, 3).
 
-    The sign is that of the angle with the normal of the closest face, edge or corner, that of a corner being the mean
-    of its triangles', weighted by their angles there: it is right everywhere (Baerentzen and Aanaes 2005). Curvature
-    is that of what is closest: none of a face, 1/d of an edge and of a corner, whatever the surface stands for.
+    The sign is that of the angle with the normal of the closest face, edge or corner. The normal of a corner is the
+    mean
+    of those of its triangles, weighted by their angles there, so that the sign is right everywhere (Baerentzen and
+    Aanaes
+    2005). The Hessian is that of the closest part: zero for a face, 1/d for an edge and a corner, even if the triangles
+    approximate a curved surface.
     """
 
     def __init__(self, points: Floats, triangles: Ints) -> None:
+        """Store points and triangles."""
         self.points, self.triangles = points, triangles
 
     @cached_property
     def corners(self) -> Floats:
-        """Of each triangle (t, 3, 3), m."""
+        """Corners of each triangle (t, 3, 3), m."""
         found: Floats = self.points[self.triangles]
         return found
 
     @cached_property
     def faces(self) -> Floats:
-        """Normals of triangles (t, 3)."""
+        """Unit normals of triangles (t, 3)."""
         return normals(self.points, self.triangles)
 
     @cached_property
     def _extent(self) -> float:
+        """Diagonal of its bounding box, m."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @cached_property
     def _tree(self) -> Boxes:
+        """Search tree of its triangles."""
         return Boxes(self.corners)
 
     @cached_property
     def _edges(self) -> tuple[Floats, Ints]:
-        """Sums of the normals at each edge (e, 3), and the number of each triangle's, from its corners on (t, 3)."""
+        """Sums of the normals at each edge (e, 3), and the edges of each triangle, the k-th starting at corner k (t,
+        3).
+        """
         ends = np.sort(self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         _, number = np.unique(ends, axis=0, return_inverse=True)
         number = number.ravel()
@@ -59,7 +67,7 @@ class Surface:
 
     @cached_property
     def _tips(self) -> Floats:
-        """Of each point, the sum of its triangles' normals times their angles there (n, 3)."""
+        """Sums of triangle normals times their angles at each point (n, 3)."""
         total = np.zeros((len(self.points), 3))
         for k in range(3):
             a, b = (self.corners[:, (k + j) % 3] - self.corners[:, k] for j in (1, 2))
@@ -69,7 +77,9 @@ class Surface:
 
     @cached_property
     def sharpest(self) -> float:
-        """Least radius of curvature of its convex edges, m: 0 of a fold, else that of what its triangles stand for."""
+        """Least radius of curvature of its convex edges, m: 0 at a fold, else that of the curve that triangles
+        approximate.
+        """
         edges = self._edges[1].ravel()
         order = np.argsort(edges, kind="stable")
         one, other = order[0::2] // 3, order[1::2] // 3  # each edge has two triangles: it is closed
@@ -84,7 +94,7 @@ class Surface:
 
     @cached_property
     def centroid(self) -> Vector3:
-        """The middle of its volume, m."""
+        """Centroid of its volume, m."""
         middle = self.points.mean(axis=0)
         a, b, c = (self.corners[:, i] - middle for i in range(3))
         six = np.einsum("ti,ti->t", a, np.cross(b, c))
@@ -92,12 +102,14 @@ class Surface:
         return x, y, z
 
     def _closest(self, X: Floats) -> tuple[Ints, Floats, Floats]:
-        """Of points X (n, 3): the closest triangle (n,), shares of its corners (n, 3), and what is left (n, 3), m."""
+        """Return for points X (n, 3): closest triangle (n,), barycentric coordinates (n, 3), and vector from there (n,
+        3), m.
+        """
         t, share = self._tree.closest(X)
         return t, share, X - np.einsum("nk,nki->ni", share, self.corners[t])
 
     def _normal(self, t: Ints, share: Floats) -> Floats:
-        """The unit normal of what is closest (n, 3): of a face, of an edge or of a corner."""
+        """Return the unit normals of the closest face, edge or corner (n, 3)."""
         n = self.faces[t].copy()
         total, number = self._edges
         zero = share <= 0.0
@@ -110,14 +122,16 @@ class Surface:
         return found
 
     def gap(self, X: Floats) -> Floats:
-        """To the closest point, negative inside (n,), m."""
+        """Return the distance to the closest point, negative inside (n,), m."""
         t, share, off = self._closest(X)
         d = np.linalg.norm(off, axis=1)
         found: Floats = np.where(np.einsum("ni,ni->n", off, self._normal(t, share)) < 0.0, -d, d)
         return found
 
     def look(self, X: Floats) -> Look:
-        """The same, with H = 0 of a face, s (1 - n n - e e) / d of an edge along e, s (1 - n n) / d of a corner."""
+        """Return gap, normal and H: 0 near a face, s (1 - n n - e e) / d near an edge along e, s (1 - n n) / d near a
+        corner.
+        """
         t, share, off = self._closest(X)
         pseudo = self._normal(t, share)
         d = np.linalg.norm(off, axis=1)

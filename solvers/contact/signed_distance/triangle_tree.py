@@ -1,4 +1,4 @@
-"""A tree of boxes around triangles, for the closest of them to a place."""
+"""Bounding-box tree of triangles, to find the closest one to a point."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ LEAF = 4  # triangles in a box that is not divided
 
 
 class Boxes:
-    """Of triangles (t, 3, 3), m: each box is divided across its longest side, half of the triangles on either."""
+    """Tree of triangles (t, 3, 3), m: each box is split across its longest side, with half of the triangles on either."""
 
     def __init__(self, corners: Floats) -> None:
+        """Build the tree of triangles with these corners."""
         self.order, self.child, self.first = _divided(corners.mean(axis=1))
         self.corners = np.ascontiguousarray(corners[self.order])
         begins, ends = self.corners.min(axis=1), self.corners.max(axis=1)
@@ -28,7 +29,9 @@ class Boxes:
         self.stack = np.zeros(2 * (int(np.log2(len(corners))) + 4), dtype=np.int64)
 
     def closest(self, X: Floats) -> tuple[Ints, Floats]:
-        """Of places X (n, 3), m: the closest triangle (n,), and shares of its corners in the closest point (n, 3)."""
+        """Return for points X (n, 3), m: the closest triangle (n,), and barycentric coordinates of the closest point
+        (n, 3).
+        """
         from softmark.solvers.contact.signed_distance.closest_triangle_kernels import nearest
 
         best, share = np.zeros(len(X), dtype=np.int64), np.zeros((len(X), 3))
@@ -38,7 +41,7 @@ class Boxes:
 
 
 def _divided(middles: Floats) -> tuple[Ints, Ints, Ints]:
-    """Triangles in the order of the leaves (t,), the first child of each box (b,), or 0, and its triangles (b, 2)."""
+    """Return triangles in leaf order (t,), the first child of each box (b,), or 0, and its range of triangles (b, 2)."""
     order, child, first = np.arange(len(middles)), [0], [(0, len(middles))]
     node = 0
     while node < len(child):
