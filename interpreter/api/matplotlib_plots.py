@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.api import api_arguments
 from softmark.interpreter.api.optional_packages import needed
-from softmark.interpreter.language.number_formatting import scale_of
+from softmark.interpreter.language.number_formatting import choose_scale
 from softmark.interpreter.report.charts.curve_styles import Look
 from softmark.interpreter.report.page.html_markup import listed
 from softmark.interpreter.report.run.figures import centre_lines, state_charts, time_histories
@@ -183,8 +183,8 @@ KINDS: Mapping[str, Callable[[Findings], Found]] = {
 
 def _draw(drawing: Drawing, known: Mapping[str, Look], ax: Any) -> None:
     """The lines with a legend and units on both axes."""
-    x = scale_of(_all(t.x for t in drawing.traces), drawing.x[1], percent=True)
-    y = scale_of(_all(t.y for t in drawing.traces), drawing.y[1], percent=True)
+    x = choose_scale(_all(t.x for t in drawing.traces), drawing.x[1], percent=True)
+    y = choose_scale(_all(t.y for t in drawing.traces), drawing.y[1], percent=True)
     for trace in drawing.traces:
         style = _style(known.get(trace.name), len(trace.x))
         ax.plot(_over(trace.x, x.factor), _over(trace.y, y.factor), label=trace.name, **style)

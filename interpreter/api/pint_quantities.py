@@ -34,7 +34,7 @@ def written(value: Any) -> str | None:
     known = _measure(own or "1")
     if known is not None and known.dimension[:4] == dimension[:4] and _near(known.factor * number, coherent):
         return f"{number!r} {own}".strip()
-    return f"{coherent!r} {units.si(dimension)}".removesuffix(" 1")  # type: ignore[arg-type]
+    return f"{coherent!r} {units.si_unit(dimension)}".removesuffix(" 1")  # type: ignore[arg-type]
 
 
 def _exponents(dimensionality: Mapping[str, float]) -> dict[str, int]:
@@ -49,7 +49,7 @@ def _exponents(dimensionality: Mapping[str, float]) -> dict[str, int]:
 
 def _measure(text: str) -> units.Measure | None:
     try:
-        return units.parse(text)
+        return units.parse_unit(text)
     except units.UnitError:
         return None
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.language.compiled_scene import Scene, SceneError
-from softmark.interpreter.language.scene_sources import Missing, locate, read
+from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_scene_file
 from softmark.interpreter.validation.scene_loader import checked
 from softmark.records import dataclass
 
@@ -91,9 +91,9 @@ def load(file: str | Path, /, plugins: Sequence[str | Path] = (), **parameters: 
 
     place("file", file, "the file of a scene or the name of a standard one")
     try:
-        path = locate(str(file))
-        source = read(path)
-    except Missing as missing:
+        path = locate_scene(str(file))
+        source = read_scene_file(path)
+    except UnreadableScene as missing:
         raise FileNotFoundError(f"{missing.reason}. {missing.remedy}") from missing
     return _loaded(source, path.parent, path, parameters, plugins)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from softmark.interpreter.documentation.docstring_markdown import escaped, fenced, folded
-from softmark.interpreter.language.number_formatting import negligible, quantity
+from softmark.interpreter.language.number_formatting import format_quantity, is_negligible
 from softmark.interpreter.language.scene_sources import standard_scenes
 
 ROOM = Path(__file__).parent
@@ -103,7 +103,7 @@ def _caption(record: Json) -> str:
     names = ", ".join(f"`{n}`" for n in shown["shapes"])
     if (colour := shown["colour"]) is None:
         return f"{names}."
-    ends = [quantity(colour[end], colour["unit"], 3, percent=True) for end in ("low", "high")]
+    ends = [format_quantity(colour[end], colour["unit"], 3, percent=True) for end in ("low", "high")]
     return f"{names}. Colour: {colour['words']}, from {ends[0]} to {ends[1]}."
 
 
@@ -117,7 +117,7 @@ def _verdict(name: str, record: Json) -> str:
 def _seconds(seconds: float | None) -> str:
     if seconds is None:
         return ""
-    return quantity(seconds, "s", 3) if seconds >= 1e-3 else "below 1\u00a0ms"
+    return format_quantity(seconds, "s", 3) if seconds >= 1e-3 else "below 1\u00a0ms"
 
 
 def _table(record: Json) -> str:
@@ -148,7 +148,7 @@ def _cell(found: Json | None, largest: float) -> str:
     if found is None or found["value"] is None:
         return "" if found is None else "–"
     value, unit = found["value"], found["unit"]
-    return "0" if negligible(value, largest, unit) else quantity(value, unit, 4, percent=True)
+    return "0" if is_negligible(value, largest, unit) else format_quantity(value, unit, 4, percent=True)
 
 
 def _grid(head: list[str], rows: list[list[str]]) -> str:

@@ -57,16 +57,16 @@ def sample(f: Field) -> str:
     if f.name == "rigid" and f.kind == "body":
         return "NAME_OF_RIGID_BODY"
     if f.name == "to" and f.form == "vector":  # not where `from` is
-        return f"(1, 1, 2) {units.of_vector(f.dimension or units.NONE)}"
+        return f"(1, 1, 2) {units.vector_unit(f.dimension or units.NONE)}"
     if f.form == "quantity":
         dimension = f.dimension or units.NONE
-        return _QUANTITIES.get(dimension, f"1 {units.si(dimension)}")
+        return _QUANTITIES.get(dimension, f"1 {units.si_unit(dimension)}")
     if f.form == "each" and f.dimension == units.PRESSURE:
         return "[60, 2] kPa"
     if f.form == "list" and f.dimension is not None:
-        return _LISTS.get(f.dimension, f"[1, 10] {units.si(f.dimension)}")
+        return _LISTS.get(f.dimension, f"[1, 10] {units.si_unit(f.dimension)}")
     if f.form == "vector":
-        return f"(1, 1, 1) {units.of_vector(f.dimension or units.NONE)}"
+        return f"(1, 1, 1) {units.vector_unit(f.dimension or units.NONE)}"
     if f.form == "choice":
         return f.options[0]
     if f.form == "value":

@@ -17,7 +17,7 @@ PREFIXES = {  # of those that a unit takes, the ones that people use
 @cache
 def measures(dimension: Dimension) -> tuple[str, ...]:
     """The usual ones, and what else has a word of its own: `Pa`, `kPa`, ..., `bar`, `mmHg`; `%` of plain numbers."""
-    usual = [word for word in re.split(r",? or |, ", units.usual(dimension)) if word not in ("no unit", "1")]
+    usual = [word for word in re.split(r",? or |, ", units.usual_units(dimension)) if word not in ("no unit", "1")]
     alone = [
         prefix + unit
         for unit, (_, own, _) in units.UNITS.items()
@@ -35,5 +35,7 @@ def common() -> tuple[tuple[str, Dimension], ...]:
 
 def meaning(unit: str) -> str:
     """What a unit measures and its size in SI: `a pressure, 1000 Pa`."""
-    measure = units.parse(unit)
-    return f"{units.named(measure.dimension)}, {measure.factor:.12g} {units.si(measure.dimension)}".removesuffix(" 1")
+    measure = units.parse_unit(unit)
+    return f"{units.dimension_name(measure.dimension)}, {measure.factor:.12g} {units.si_unit(measure.dimension)}".removesuffix(
+        " 1"
+    )

@@ -123,7 +123,7 @@ def page(name: str) -> str | None:
         return None
     from softmark.interpreter.language import units
 
-    rows = [f"  {l:<9.4g}{units.show(stress, units.PRESSURE)}" for l, stress in curve(own)]
+    rows = [f"  {l:<9.4g}{units.format_value(stress, units.PRESSURE)}" for l, stress in curve(own)]
     said = [f"{key}: {text}" for key, text in own.said.items()]
     use = f'use "{own.file}" as lib      # and then lib.{own.name}'
     table = ["", "Pulled along one axis, nominal stress by stretch:", *rows] if rows else []

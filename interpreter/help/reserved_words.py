@@ -53,16 +53,16 @@ def word_page(name: str) -> str | None:
 def unit_page(name: str) -> str | None:
     """The lines of a unit or a product of units: what it measures, and its size in SI."""
     try:
-        measure = units.parse(name)
+        measure = units.parse_unit(name)
     except units.UnitError:
         return None
     if name == "1":
         return None
-    si = units.si(measure.dimension)
+    si = units.si_unit(measure.dimension)
     size = f"; 1 {name} is {measure.factor:.12g} {si}".removesuffix(" 1") if name != si else ", and is a unit of SI"
     takes = units.UNITS.get(name, (1.0, units.NONE, False))[2]
     prefixes = f"\nIt takes the prefixes {' '.join(units.PREFIXES)}, as in `k{name}`." if takes else ""
-    kind = units.named(measure.dimension)
+    kind = units.dimension_name(measure.dimension)
     what = f"measures {kind}" if measure.dimension in units.NAMES else "measures what has no name of its own"
     what = "stands for a plain number" if measure.dimension == units.NONE else what
     return f"{name} (unit)\n\nIt {what}{size}.{prefixes}\nA unit stands right after its number, as in `5 {name}`."

@@ -6,7 +6,7 @@ import re
 
 from softmark.interpreter.help.reserved_words import CALLS, PLAIN, RESERVED
 from softmark.interpreter.language import foreign_aliases, units
-from softmark.interpreter.language.foreign_words import meaning, slip
+from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 
@@ -14,9 +14,9 @@ def hint(name: str) -> str:
     """What is to be done about a name that there is no page of: the word that is meant, or where words are listed."""
     if name in foreign_aliases.MODULI:
         return f"laws take `young` and `poisson`: {foreign_aliases.MODULI[name]}"
-    if said := meaning(name) or _meant_unit(name):
+    if said := explain_foreign_word(name) or _meant_unit(name):
         return said
-    close = slip(name, _names()) if len(name) > 1 else None
+    close = find_misspelling(name, _names()) if len(name) > 1 else None
     return f"did you mean `{close}`?" if close else "`dsl list` shows what there is"
 
 
@@ -30,7 +30,7 @@ def _names() -> list[str]:
 def _meant_unit(name: str) -> str:
     """The unit that is written in another way here: `did you mean `MPa`?`."""
     try:
-        units.parse(name)
+        units.parse_unit(name)
     except units.UnitError as error:
         meant = re.search(r"write (`\S+`)", error.remedy)
         return f"did you mean {meant[1]}?" if meant else ""

@@ -10,7 +10,7 @@ from softmark.interpreter.help.constructor_examples import example
 from softmark.interpreter.help.reserved_words import unit_page, word_page
 from softmark.interpreter.language import foreign_aliases, units
 from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
-from softmark.interpreter.language.foreign_words import meaning
+from softmark.interpreter.language.foreign_words import explain_foreign_word
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.references.reference_base import Reference
 
@@ -38,7 +38,7 @@ def page(name: str, words: Vocabulary = CATALOGUE) -> str | None:
     if used := _field_page(name) or _choice_page(name):
         return used
     meant = foreign_aliases.WORDS.get(name) or foreign_aliases.SYNONYMS.get(name) or foreign_aliases.CHOICES.get(name)
-    if meant and not meaning(name) and not unit_page(name):
+    if meant and not explain_foreign_word(name) and not unit_page(name):
         said = f"`{name}` is not a word of this language; what is meant is called `{meant}` here."
         return f"{said}\n\n{page(meant) or _field_page(meant)}"
     return unit_page(name) or _of_library(name)
@@ -96,8 +96,8 @@ def facts(f: Field) -> str:
 
 
 def _dimension(f: Field) -> str:
-    named = units.named(f.dimension or units.NONE)
-    return f"{named}, in {units.usual(f.dimension or units.NONE)}" if f.dimension != units.NONE else named
+    named = units.dimension_name(f.dimension or units.NONE)
+    return f"{named}, in {units.usual_units(f.dimension or units.NONE)}" if f.dimension != units.NONE else named
 
 
 def _default(f: Field) -> str:
@@ -108,7 +108,7 @@ def _default(f: Field) -> str:
     if f.form == "flag":
         return "yes" if f.default else "no"
     if f.form == "quantity" and f.dimension is not None:
-        return units.show(f.default, f.dimension)
+        return units.format_value(f.default, f.dimension)
     if f.form == "components":
         return "(" + ", ".join("xyz"[i] for i in f.default) + ")"
     if f.form == "direction":
@@ -116,7 +116,7 @@ def _default(f: Field) -> str:
         named = (sign + "xyz"[i] for sign, one in axes for i in range(3) if f.default[i] == one)
         return next(named, str(f.default))
     if f.form == "vector":
-        return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si(f.dimension or units.NONE)}"
+        return "(" + ", ".join(f"{v:g}" for v in f.default) + f") {units.si_unit(f.dimension or units.NONE)}"
     return str(f.default) or "none"
 
 

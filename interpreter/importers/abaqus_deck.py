@@ -404,7 +404,7 @@ class _Body:
     def surface(self, name: str, card: Card) -> Ints:
         """Return the faces (f, 2) of a surface. Raises DeckError."""
         rows = list(self.mesh.surface_rows(name, card, card.scope))
-        self.used |= {id(own) for own in self.mesh.surfaces_called(name, card, card.scope)}
+        self.used |= {id(own) for own in self.mesh.find_surfaces(name, card, card.scope)}
         return self.sides([(self.places(elements), label, who) for elements, label, who in rows], card)
 
     def sides(self, rows: list[tuple[Ints, str, str]], card: Card) -> Ints:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.files.abaqus.deck_groups import sides_of
-from softmark.solvers.mesh.mesh_groups import same_rows
+from softmark.solvers.mesh.files.abaqus.deck_groups import facets_of_labels
+from softmark.solvers.mesh.mesh_groups import is_known_row
 
 Ints = NDArray[np.int64]
 
@@ -17,7 +17,7 @@ BY_NODES = {element.nodes: element for element in ELEMENTS.values()}
 def side_nodes(many: int) -> Ints:
     """Nodes (s, q) of the sides S1, S2, ... of a cell of so many nodes: its corners, and those between them."""
     element = BY_NODES[many]
-    return np.array(element.facets, dtype=np.int64)[sides_of(element)]
+    return np.array(element.facets, dtype=np.int64)[facets_of_labels(element)]
 
 
 class Sides:
@@ -42,7 +42,7 @@ class Sides:
         asked = np.unique(np.sort(facets, axis=1), axis=0)
         known = asked[asked[:, 0] >= 0]  # a node of no cell is -1
         border = np.flatnonzero(self.border)
-        chosen = border[same_rows(known, self.corners[border])]
+        chosen = border[is_known_row(known, self.corners[border])]
         return self._pair(chosen), len(asked) - len(chosen)
 
     def within(self, nodes: Ints) -> tuple[Ints, Ints]:

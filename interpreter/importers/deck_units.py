@@ -10,7 +10,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from softmark.interpreter.language.units import LENGTH, PRESSURE, TIME, Dimension, UnitError, named, parse
+from softmark.interpreter.language.units import LENGTH, PRESSURE, TIME, Dimension, UnitError, dimension_name, parse_unit
 
 DENSITY: Dimension = (-3, 1, 0, 0, 0)
 SYSTEMS: dict[str, tuple[str, str, str]] = {  # its name in the order length, mass, time: length, stress, time
@@ -143,7 +143,7 @@ def agreed(told: Units | None, declared: Declared | None) -> Units:
 
 def of_system(system: str) -> Units:
     """The units of a system in SYSTEMS."""
-    m, pa, s = (One(f"1 {text}", parse(text).factor) for text in SYSTEMS[system])
+    m, pa, s = (One(f"1 {text}", parse_unit(text).factor) for text in SYSTEMS[system])
     return Units(m, pa, s, system)
 
 
@@ -172,9 +172,9 @@ def one(option: str, text: str, dimension: Dimension) -> One:
         raise Unasked(f"`{option} {text}` is no quantity", f"write `{option} {remedy}`")
     try:
         number = float(found[1] or 1)
-        measure = parse(found[2])
+        measure = parse_unit(found[2])
     except (UnitError, ValueError) as error:
         raise Unasked(f"`{option} {text}` is no quantity: {error}", f"write `{option} {remedy}`") from None
     if measure.dimension != dimension or not 0.0 < number * measure.factor < 1e300:
-        raise Unasked(f"`{option} {text}` is not {named(dimension)}", f"write `{option} {remedy}`")
+        raise Unasked(f"`{option} {text}` is not {dimension_name(dimension)}", f"write `{option} {remedy}`")
     return One(f"{found[1] or 1} {found[2]}", number * measure.factor)

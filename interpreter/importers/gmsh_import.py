@@ -8,7 +8,7 @@ import numpy as np
 
 from softmark.interpreter.importers.imported_deck import Deck, Left, Part
 from softmark.references.measured_data import Unreadable
-from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, as_written, parsed
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, keep_node_order, parse
 from softmark.solvers.mesh.files.mesh_reader import read as read_mesh
 
 
@@ -16,8 +16,8 @@ def read(path: Path) -> Deck:
     """A mesh and its groups. Raises Unreadable."""
     try:
         mesh = read_mesh(str(path), 1.0, named=True)
-        data = parsed(path)
-        own, names = as_written(data, path, 1.0), getattr(data, "field_data", {})
+        data = parse(path)
+        own, names = keep_node_order(data, path, 1.0), getattr(data, "field_data", {})
     except UnreadableMesh as error:
         raise Unreadable(path.name, str(error), error.remedy or "write the mesh again") from None
     part = Part(path.stem, np.arange(len(mesh.cells)), None)

@@ -17,7 +17,7 @@ from softmark.grammar.printer import format_source
 from softmark.interpreter.importers import imported_mesh
 from softmark.interpreter.importers.deck_units import Unasked, Units
 from softmark.interpreter.importers.imported_deck import AtNodes, Deck, Ended, Foreign, Hold, Ints, Left, OnFaces, Part
-from softmark.solvers.mesh.files.mesh_validation import at, components, overlap, twins
+from softmark.solvers.mesh.files.mesh_validation import components, find_coincident_nodes, find_overlap, format_position
 from softmark.solvers.mesh.mesh import Mesh
 
 FORCES = 10_000  # nodes with forces of their own; each takes some 7 ms of a run
@@ -93,7 +93,7 @@ def _count_pieces(deck: Deck) -> None:
     if deck.mesh is not None:
         raise Foreign(f"{deck.title} has {deck.pieces} pieces that share no nodes",
                       "declare the body by hand, with `pieces = keep` of `mesh(...)`")  # fmt: skip
-    if (place := overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
+    if (place := find_overlap(Mesh(deck.points, deck.cells, deck.kind))) is not None:
         where = ", ".join(f"{v:g}" for v in place[0].tolist())
         raise Foreign(f"{deck.title} has {deck.pieces} pieces, of which some overlap: ({where}) lies inside two",
                       "no body has matter twice at one place: move the pieces, or write each to a deck")  # fmt: skip
@@ -107,7 +107,7 @@ def _turned(deck: Deck, units: Units) -> str | None:
     if not len(own := deck.inside_out):
         return None
     middle = deck.points[deck.cells[own[0]]].mean(axis=0) * units.length.factor
-    return f"{len(own)} of its {len(deck.cells)} cells are inside out, the first has its middle at {at(middle)}"
+    return f"{len(own)} of its {len(deck.cells)} cells are inside out, the first has its middle at {format_position(middle)}"
 
 
 def _notes(deck: Deck, left: Sequence[Left]) -> Iterator[str]:
@@ -263,7 +263,7 @@ class _Writer:
         """Nodes (k,) that lie where another does: a place is not one of them alone."""
         if self.deck.mesh is not None:
             return np.zeros(0, dtype=np.int64)
-        return np.unique(twins(self.deck.points, self.deck.cells))
+        return np.unique(find_coincident_nodes(self.deck.points, self.deck.cells))
 
     def _push(self, push: OnFaces) -> Iterator[str]:
         region = self.name("at", push.name)

@@ -1,12 +1,14 @@
-"""From the text of a scene to a scene of typed values in SI: names, units, expressions, calls, overrides.
+"""Compiler of the language: from the text of a scene to typed values in SI.
 
-    units, expressions, conditions   numbers with dimensions, and selections of points
-    sources, scope, parameters       texts, names, and what they stand for
-    schema, aliases                  how a class tells what its word takes; what other programs call it
-    calls, sweeps, expectations      what is written, bound to fields
-    compile                          all of it, into a `scene.Scene`
-    messages, message_limit          what is said of a place in it, and how much at most
+    units, expression_evaluation, condition_syntax, coordinate_conditions   numbers with dimensions, selections of
+    points
+    scene_sources, name_scope, parameter_evaluation, parameter_overrides    texts, names and their values
+    field_schema, foreign_aliases, foreign_words        fields of constructors, and names from other programs
+    call_binding, field_parsers, sweep_values, expectation_conditions       arguments of calls bound to fields
+    profile_syntax, spatial_profiles, interval_arithmetic                   constants that vary in space
+    compiler, compiled_scene, scene_states              a compiled `Scene`, and the scene in one of its states
+    message_builder, message_limit, number_formatting   diagnostics, their maximum number, numbers in messages
 
-The vocabulary is handed in (`schema.Vocabulary`): this room imports `results` alone, and the grammar. To add a form of
-field: `schema.Form`, how `calls` binds it, and what it `expected` in messages.
+Callers pass the vocabulary (`field_schema.Vocabulary`); this package imports only `results` and the grammar. To add a
+form of field: add it to `field_schema.Form`, bind it in `call_binding`, and describe it in `Field.expected`.
 """

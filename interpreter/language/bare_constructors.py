@@ -1,4 +1,4 @@
-"""Constructors that take nothing and stand without brackets where they are used: `course = state`."""
+"""Constructors without arguments, written without brackets: `course = state`."""
 
 from __future__ import annotations
 
@@ -6,28 +6,32 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language.expression_evaluation import Place
-from softmark.interpreter.language.field_schema import Constructor, Field, article
-from softmark.interpreter.language.foreign_words import slip
+from softmark.interpreter.language.field_schema import Constructor, Field, indefinite_article
+from softmark.interpreter.language.foreign_words import find_misspelling
 from softmark.interpreter.language.name_scope import Scope
 from softmark.interpreter.language.scene_sources import Module
 
 
-def bare_word(scope: Scope, module: Module, field: Field, node: tree.Name, place: Place) -> Constructor | None:
-    """The constructor that a name stands for, None of one that is declared. Raises Bad for one that is misspelt."""
+def find_bare_constructor(
+    scope: Scope, module: Module, field: Field, node: tree.Name, place: Place
+) -> Constructor | None:
+    """Return the constructor with this name, or None if the name is declared in the scene. Raises EvaluationError if it is
+    misspelt.
+    """
     words, symbol = _words(scope, field.kind), scope.table.symbols.get(module.prefix + node.text)
     if symbol is not None:
         kind = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
         if node.text not in words or kind == field.kind:
             return None
         raise place.fail("E213", node.span, f"expected {field.expected}, found the {kind} `{node.text}`",
-                         f"{article(kind)} {kind}",
+                         f"{indefinite_article(kind)} {kind}",
                          f"`{node.text}` is {field.expected}, too: give the {kind} another name")  # fmt: skip
     if node.text in words:
         return words[node.text]
     declared = scope.names(module, [field.kind])
     if node.text in scope.table.vocabulary[field.kind] or nearest(node.text, declared):
         return None  # one that takes something, and the message about that
-    close = slip(node.text, words)
+    close = find_misspelling(node.text, words)
     if close is None:
         return None
     raise place.fail("E203", node.span, f"there is no {field.kind} `{node.text}`", f"not {field.expected}",
@@ -35,6 +39,6 @@ def bare_word(scope: Scope, module: Module, field: Field, node: tree.Name, place
 
 
 def _words(scope: Scope, kind: str) -> dict[str, Constructor]:
-    """Those of a kind."""
+    """Return the bare constructors of one kind, by name."""
     known = (scope.table.vocabulary.constructor(kind, name) for name in scope.table.vocabulary[kind])
     return {c.name: c for c in known if c is not None and not c.fields}

@@ -1,4 +1,4 @@
-"""Binding the arguments of a call to the fields of a constructor, each checked by its form."""
+"""Binding of the arguments of a call to the fields of a constructor, each checked by the form of its field."""
 
 from __future__ import annotations
 
@@ -12,13 +12,20 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Fix, Remedy, Second, did_you_mean, write
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import field_parsers, field_schema, foreign_aliases, quotient_warnings, units
-from softmark.interpreter.language.bare_constructors import bare_word
+from softmark.interpreter.language.bare_constructors import find_bare_constructor
 from softmark.interpreter.language.compiled_scene import Location
-from softmark.interpreter.language.condition_syntax import said, selection
-from softmark.interpreter.language.expression_evaluation import Bad, Place, Quantity, VectorValue, describe, words
+from softmark.interpreter.language.condition_syntax import format_condition, read_condition
+from softmark.interpreter.language.expression_evaluation import (
+    EvaluationError,
+    Place,
+    Quantity,
+    VectorValue,
+    describe_expression,
+    describe_value,
+)
 from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary
-from softmark.interpreter.language.foreign_words import meaning, slip
-from softmark.interpreter.language.region_references import KIND, regions_of
+from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
+from softmark.interpreter.language.region_references import KIND, make_region_lookup
 from softmark.interpreter.language.scene_sources import Module
 from softmark.records import dataclass
 
@@ -34,7 +41,7 @@ Bound = tuple[tree.Expression, Place]  # an expression, and the text that it sta
 
 @dataclass(frozen=True)
 class Binder:
-    """Binds calls of one declaration; `full` is its name, by which overrides find its fields."""
+    """Binds the calls of one declaration; `full` is its full name, by which overrides find its fields."""
 
     compiler: Compiler
     module: Module
@@ -42,33 +49,33 @@ class Binder:
 
     @property
     def place(self) -> Place:
-        """The module's text."""
+        """Text of the module."""
         return self.module.place
 
     @property
     def vocabulary(self) -> Vocabulary:
-        """What the scene can declare."""
+        """All constructors that the scene can use."""
         return self.compiler.table.vocabulary
 
     def call(self, kind: str, node: tree.Call, outermost: bool = True) -> tuple[Constructor, Any, dict[str, Location]]:
-        """The constructor, the object that the call makes, and where its fields stand. Raises Bad."""
+        """Return the constructor, the object that the call creates, and the location of each field. Raises EvaluationError."""
         constructor = self._constructor(kind, node)
         self._decimal_comma(constructor, node)
         bound, broken = self._match(constructor, node, outermost)
-        values: dict[str, Any] = dict(whole := field_parsers.whole(self, constructor, bound))
+        values: dict[str, Any] = dict(whole := field_parsers.default_selection(self, constructor, bound))
         for field in constructor.fields:
             if field.name not in bound:
                 continue
             try:
                 values[field.attribute] = self.value(field, *bound[field.name])
-            except Bad:
+            except EvaluationError:
                 broken = True
         broken |= self._missing(constructor, {**bound, **dict.fromkeys(whole, (node, self.place))}, node)
-        broken |= field_parsers.either(self, constructor, bound, node)
+        broken |= field_parsers.check_alternatives(self, constructor, bound, node)
         if broken:
-            raise Bad
+            raise EvaluationError
         places = {name: Location(place.source, value.span) for name, (value, place) in bound.items()}
-        return constructor, field_parsers.made(self, constructor, values, bound, node), places
+        return constructor, field_parsers.create_object(self, constructor, values, bound, node), places
 
     def _constructor(self, kind: str, node: tree.Call) -> Constructor:
         name = node.function.text
@@ -80,17 +87,23 @@ class Binder:
         if not others and (lost := self.vocabulary.broken(kind, name)) is not None:
             raise self.place.fail("E730", node.function.span, *lost)
         meant = foreign_aliases.WORDS.get(name)
-        close = meant if meant in known else slip(name, known)
+        close = meant if meant in known else find_misspelling(name, known)
         if others:
             other = others[0].kind
-            message = f"`{name}` is {field_schema.article(other)} {other}, not {field_schema.article(kind)} {kind}"
+            message = f"`{name}` is {field_schema.indefinite_article(other)} {other}, not {field_schema.indefinite_article(kind)} {kind}"
             hint: str | Remedy = f"declare it as `{other} NAME = {name}(...)`; {kind} constructors: {', '.join(known)}"
         else:
             message = f"there is no {kind} `{name}`"
-            hint = did_you_mean(close) if close else meaning(name) or f"{kind} constructors: {', '.join(known)}"
+            hint = (
+                did_you_mean(close)
+                if close
+                else explain_foreign_word(name) or f"{kind} constructors: {', '.join(known)}"
+            )
             if close and close == meant and not nearest(name, [close]):
                 hint = Remedy(f"it is called `{close}` here", Fix(close))
-        raise self.place.fail("E203", node.function.span, message, f"not {field_schema.article(kind)} {kind}", hint)
+        raise self.place.fail(
+            "E203", node.function.span, message, f"not {field_schema.indefinite_article(kind)} {kind}", hint
+        )
 
     # ------------------------------------------------------------------ arguments to fields
 
@@ -113,7 +126,7 @@ class Binder:
         return bound, broken
 
     def _decimal_comma(self, constructor: Constructor, node: tree.Call) -> None:
-        """Refuse `gravity(9,81 m/s^2)`, which reads as two arguments, the first without its unit."""
+        """Refuse `gravity(9,81 m/s^2)`: it reads as two arguments, the first without a unit."""
         arguments = [a.value for a in node.arguments if a.name is None]
         for field, a, b in zip(constructor.fields, arguments[:-1], arguments[1:], strict=False):
             if not isinstance(a, tree.Number) or not isinstance(b, tree.Number) or a.unit is not None:
@@ -146,7 +159,7 @@ class Binder:
         override.place.fail("E205", override.name_span, message, "not a field", hint)
 
     def _compared(self, constructor: Constructor, value: tree.Expression) -> None:
-        """Refuse `strain == small`, where a field is meant to get its value."""
+        """Refuse `strain == small` where a value should be assigned to a field."""
         if not isinstance(value, tree.Compare) or value.operators[0] != "==":
             return
         name, given = (self._text_of(operand) for operand in value.operands[:2])
@@ -193,7 +206,7 @@ class Binder:
         return f"fields of `{constructor.name}`: " + ", ".join(f.name for f in constructor.fields)
 
     def _missing(self, constructor: Constructor, bound: dict[str, Bound], node: tree.Call) -> bool:
-        """Report required fields that are not given, except those that a misspelt one stands for."""
+        """Report required fields that are not given; a misspelt field counts as given."""
         unknown = [a.name for a in node.arguments if a.name and constructor.field(a.name) is None]
         meant = [self._meant(constructor, name) for name in unknown]
         missing = [f for f in constructor.fields if f.required and f.name not in bound]
@@ -207,32 +220,33 @@ class Binder:
 
     @staticmethod
     def _meant(constructor: Constructor, name: str) -> str | None:
-        """The field that a wrong name stands for: by what other programs call it, or by its letters."""
+        """Return the field that a wrong name probably means: an alias from another program, or a similar spelling."""
         names = [f.name for f in constructor.fields]
         meant = foreign_aliases.SYNONYMS.get(name) or foreign_aliases.SYNONYMS.get(name.lower())
-        return meant if meant in names else slip(name, names)
+        return meant if meant in names else find_misspelling(name, names)
 
     @staticmethod
     def unit_hint(field: Field) -> str:
+        """Return the help text about the unit that a field expects."""
         if field.form in ("quantity", "vector") and field.dimension not in (None, units.NONE):
-            return f", in {units.usual(field.dimension or units.NONE)}"
+            return f", in {units.usual_units(field.dimension or units.NONE)}"
         return ""
 
     # ------------------------------------------------------------------ values by form
 
     def value(self, field: Field, node: tree.Expression, place: Place) -> Any:
-        """What an expression is as the value of a field. Raises Bad."""
-        if field.varies and (varying := field_parsers.profile(self, field, node, place)) is not None:
+        """Return the value of an expression for a field. Raises EvaluationError."""
+        if field.varies and (varying := field_parsers.parse_profile(self, field, node, place)) is not None:
             return varying
         if field.form in field_parsers.FORMS:
             return field_parsers.FORMS[field.form](self, field, node, place)
         form = "value_object" if field.form == "value" else field.form
         return getattr(self, f"_{form}")(field, node, place)
 
-    def wrong(self, field: Field, node: tree.Expression, place: Place) -> Bad:
-        """Say that something else is expected here."""
+    def wrong(self, field: Field, node: tree.Expression, place: Place) -> EvaluationError:
+        """Record an error: the field expects another form of value."""
         return place.fail(
-            "E207", node.span, f"expected {field.expected}, found {describe(node)}", describe(node),
+            "E207", node.span, f"expected {field.expected}, found {describe_expression(node)}", describe_expression(node),
             field.meaning,
         )  # fmt: skip
 
@@ -249,23 +263,23 @@ class Binder:
         return value.value
 
     def dimension(self, field: Field, node: tree.Expression, place: Place, value: Quantity | VectorValue) -> None:
-        """Refuse a value of another dimension than that of its field. Raises Bad."""
+        """Refuse a value whose dimension differs from that of its field. Raises EvaluationError."""
         due = field.dimension or units.NONE
         if value.dimension == due:
             return
-        found = units.named(value.dimension)
-        shown = f", {units.show(value.value, value.dimension)}" if isinstance(value, Quantity) else ""
-        hint = f"{field.meaning}; give it in {units.usual(due)}"
+        found = units.dimension_name(value.dimension)
+        shown = f", {units.format_value(value.value, value.dimension)}" if isinstance(value, Quantity) else ""
+        hint = f"{field.meaning}; give it in {units.usual_units(due)}"
         if due == units.NONE:
             hint = f"{field.meaning}, without a unit"
         label = f"{found}{shown}" if value.dimension != units.NONE else "no unit"
-        problem = f"expected {units.named(due)}, found {found}"
+        problem = f"expected {units.dimension_name(due)}, found {found}"
         named = self.compiler.scope.parameters.get(self.module.prefix + getattr(node, "text", ""))
-        help = quotient_warnings.remedy(node, place.source.text, value.dimension, due, named) or hint
+        help = quotient_warnings.suggest_quotient(node, place.source.text, value.dimension, due, named) or hint
         raise place.fail("E204", node.span, problem, label, help, self._origins(node))
 
     def _origins(self, node: tree.Expression) -> tuple[Second, ...]:
-        """Where the parameters in an expression get their values: what is wrong with it may be wrong there."""
+        """Return the places where the parameters in an expression get their values, as secondary places of a message."""
         found: dict[str, Second] = {}
         for part, _ in tree.walk(node):
             name = part.text if isinstance(part, tree.Name) else ""
@@ -276,7 +290,7 @@ class Binder:
         return tuple(found.values())
 
     def within(self, field: Field, node: tree.Expression, place: Place, value: float) -> None:
-        """Refuse a number (SI) that is out of the range of its field. Raises Bad."""
+        """Refuse a number (SI) outside the range of its field. Raises EvaluationError."""
         if value != 0.0 and not 1.0 / FARTHEST <= abs(value) <= FARTHEST:
             raise place.fail(
                 "E301",
@@ -288,7 +302,7 @@ class Binder:
         if field.interval is None or value in field.interval:
             return
         limits = field.interval.words(field.dimension or units.NONE)
-        shown = units.show(value, field.dimension or units.NONE)
+        shown = units.format_value(value, field.dimension or units.NONE)
         help = foreign_aliases.ADVICE.get((field.name, value >= field.interval.high)) or field.meaning
         literal = isinstance(node.operand if isinstance(node, tree.Unary) else node, tree.Number)
         raise place.fail(
@@ -301,7 +315,7 @@ class Binder:
         )
 
     def _vector(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
-        unit = units.of_vector(field.dimension or units.NONE)
+        unit = units.vector_unit(field.dimension or units.NONE)
         if isinstance(node, tree.List):
             help = f"a vector has round brackets: `(0, 0, 1) {unit}`"
             raise place.fail("E207", node.span, f"expected {field.expected}, found a list", "a list", help)
@@ -309,7 +323,7 @@ class Binder:
             raise self.wrong(field, node, place)
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if isinstance(value, Quantity) or len(value.values) != 3:
-            found = describe(node) if isinstance(value, Quantity) else str(len(value.values))
+            found = describe_expression(node) if isinstance(value, Quantity) else str(len(value.values))
             raise place.fail("E207", node.span, f"expected three components, found {found}",
                              "not a vector of three",
                              f"{field.meaning}; write it as `(0, 0, 1) {unit}`")  # fmt: skip
@@ -324,7 +338,7 @@ class Binder:
         q = self.compiler.scope.evaluator(self.module, place).quantity(node)
         if q.dimension != units.NONE or q.value != int(q.value):
             raise place.fail("E204", node.span,
-                             f"expected a whole number, found {units.show(q.value, q.dimension)}",
+                             f"expected a whole number, found {units.format_value(q.value, q.dimension)}",
                              "not a whole number", field.meaning)  # fmt: skip
         self.within(field, node, place, q.value)
         return int(q.value)
@@ -348,7 +362,7 @@ class Binder:
                 "E212", node.span, f"a choice for `{field.name}` stands without quotes", "a text", write(word)
             )
         meant = foreign_aliases.CHOICES.get(word)
-        close = meant if meant in field.options else slip(word, field.options)
+        close = meant if meant in field.options else find_misspelling(word, field.options)
         due = f"`{field.name}` is {field.expected}"
         hint = did_you_mean(close, more=f" {due}") if close else due
         raise place.fail("E212", node.span, f"`{word}` is not a choice for `{field.name}`", "unknown choice", hint)
@@ -376,7 +390,7 @@ class Binder:
         raise place.fail("E401", node.span, f"there is no file `{name}`", "not found", hint)
 
     def _data_set(self, name: str, node: tree.Expression, place: Place) -> str:
-        """The name of a public data set, which is fetched when the scene runs."""
+        """Return the name of a public data set, which is fetched when the scene runs."""
         from softmark.references.data_download import TABLE
 
         known = [f"data:{own}" for own in TABLE]
@@ -404,11 +418,11 @@ class Binder:
     def _normalised(self, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
         value = self.compiler.scope.evaluator(self.module, place).value(node)
         if not isinstance(value, VectorValue) or len(value.values) != 3:
-            found = words(value) if isinstance(value, Quantity) else f"{len(value.values)} components"
+            found = describe_value(value) if isinstance(value, Quantity) else f"{len(value.values)} components"
             raise place.fail("E207", node.span, f"expected {field.expected}, found {found}", found,
                              field.meaning)  # fmt: skip
         if value.dimension != units.NONE:
-            found = words(value)
+            found = describe_value(value)
             raise place.fail(
                 "E204",
                 node.span,
@@ -424,8 +438,8 @@ class Binder:
     def _condition(self, field: Field, node: tree.Expression, place: Place) -> Any:
         evaluator = self.compiler.scope.evaluator(self.module, place)
         find = self.compiler.named
-        named = regions_of(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
-        return replace(selection(node, evaluator, named), said=said(node, evaluator, named))
+        named = make_region_lookup(self.module, self.compiler.table, lambda name: find(name, KIND, self.module, place))
+        return replace(read_condition(node, evaluator, named), said=format_condition(node, evaluator, named))
 
     def _components(self, field: Field, node: tree.Expression, place: Place) -> tuple[int, ...]:
         items = node.items if isinstance(node, tree.Vector | tree.List) else (node,)
@@ -437,7 +451,7 @@ class Binder:
         for item in items:
             if not isinstance(item, tree.Name) or item.text not in ("x", "y", "z"):
                 raise place.fail(
-                    "E212", item.span, f"expected x, y or z, found {describe(item)}", "not a component", help
+                    "E212", item.span, f"expected x, y or z, found {describe_expression(item)}", "not a component", help
                 )
             found.append("xyz".index(item.text))
         return tuple(sorted(set(found)))
@@ -476,7 +490,7 @@ class Binder:
         if isinstance(node, tree.Call):
             return self.call(field.kind, node, outermost=False)[1]
         if isinstance(node, tree.Name):
-            word = bare_word(self.compiler.scope, self.module, field, node, place)
+            word = find_bare_constructor(self.compiler.scope, self.module, field, node, place)
             return word.cls() if word else self.compiler.named(node, field.kind, self.module, place).thing
         raise self.wrong(field, node, place)
 
@@ -490,7 +504,7 @@ class Binder:
         if node.text in elements:
             return node.text
         meant = foreign_aliases.CELLS.get(node.text)
-        close = meant if meant in elements else slip(node.text, elements)
+        close = meant if meant in elements else find_misspelling(node.text, elements)
         hint = did_you_mean(close) if close else "elements: " + ", ".join(elements)
         raise place.fail("E203", node.span, f"there is no element `{node.text}`", "unknown element", hint)
 

@@ -1,4 +1,4 @@
-"""A compiled scene: typed objects in SI, each with the text it came from."""
+"""A compiled scene: typed objects in SI, each with the location of its text."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class Location:
 
     @property
     def text(self) -> str:
-        """What stands there."""
+        """Text of the span."""
         return self.source.text[self.span.start : self.span.end]
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """`param L = 178 mm`, evaluated; `text` is the expression that gave the value."""
+    """Evaluated parameter, `param L = 178 mm`; `text` is the expression that gave the value."""
 
     name: str
     value: Value
@@ -48,7 +48,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Declared:
-    """`kind name = constructor(...)`, built: `thing` is an instance of the constructor's class."""
+    """Compiled declaration `kind name = constructor(...)`; `thing` is an instance of the constructor's class."""
 
     kind: str
     name: str
@@ -59,16 +59,16 @@ class Declared:
     name_at: Location | None = None
 
     def value(self, name: str) -> Any:
-        """Of the field that scenes call `name`, None where it has none of this name."""
+        """Return the value of the field that scenes call `name`, or None if there is no such field."""
         known = self.constructor.field(name)
         return None if known is None else getattr(self.thing, known.attribute)
 
     def at(self, name: str = "") -> Location:
-        """Where a field is given, or else the name that is declared."""
+        """Return the location of a field, or of the declared name if the field is not given."""
         return self.fields.get(name, self.name_at or self.location)
 
     def contains(self, found: Diagnostic) -> bool:
-        """Whether a diagnostic points into it, or into an override of one of its fields."""
+        """Return whether a diagnostic points into this declaration or into an override of one of its fields."""
         span, source = found.span, found.source
         if span is None:
             return False
@@ -76,30 +76,31 @@ class Declared:
         return any(at.source is source and at.span.start <= span.start < at.span.end for at in places)
 
 
-def rigid(declared: Declared) -> bool:
-    """Whether it is a rigid body."""
+def is_rigid(declared: Declared) -> bool:
+    """Return whether the declaration is a rigid body."""
     return declared.constructor.name == RIGID
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """`expect rod.eta < 5 %`."""
+    """Condition on metrics that a run checks: `expect rod.eta < 5 %`."""
 
     node: tree.Expression
     location: Location
 
     @property
     def text(self) -> str:
-        """The condition as written, on one line."""
+        """Condition as written, on one line."""
         return " ".join(self.location.text.removeprefix("expect").split())
 
 
 @dataclass(frozen=True)
-class Made:
-    """What was made of texts without an error: a variation of them makes again only what it touches.
+class ReusableParts:
+    """Error-free results of a compilation, reused when the scene is compiled again with other overrides.
 
-    `needs` has the names that the text of a parameter or a declaration mentions: its direct dependencies only, for
-    closures of long chains would grow with the square of the text.
+    `needs` has the direct dependencies of each parameter and declaration: the names in its text. Transitive
+    dependencies
+    would take memory that grows with the square of the text.
     """
 
     parameters: Mapping[str, Parameter]
@@ -109,7 +110,7 @@ class Made:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that a scene declares, in the order of its text; names from `use` have their prefix."""
+    """All declarations of a scene in the order of its text; names from `use` have their prefix."""
 
     title: str
     source: Source
@@ -122,33 +123,34 @@ class Scene:
     table: ModuleTable | None = field(default=None, repr=False, compare=False)  # what it was compiled from
     chosen: tuple[str, ...] = ()  # models that are asked for, with what they need; all of them without
     varied: tuple[str, ...] = ()  # of the overrides, those that a study gave: `L=120 mm`
-    made: Made | None = field(default=None, repr=False, compare=False)  # None of one with errors
+    made: ReusableParts | None = field(default=None, repr=False, compare=False)  # None of one with errors
     state: int | None = (
         None  # which state of its analysis it is in (`scene_states.py`); None of all, or of the only one
     )
 
     @property
     def vocabulary(self) -> Vocabulary:
-        """What its texts could declare. Raises ValueError of a scene that does not know its texts."""
+        """Constructors that the texts could use. Raises ValueError if the scene was made without texts."""
         if self.table is None:
             raise ValueError("the scene does not know its texts")
         return self.table.vocabulary
 
     def of_kind(self, kind: str) -> dict[str, Declared]:
-        """The scene's own declarations of a kind, without those that come from `use`; rigid bodies are no bodies here.
+        """Return the scene's own declarations of a kind, without those from `use`.
 
-        They are of the kind RIGID: what is asked of bodies is asked of what deforms.
+        Rigid bodies are not in "body"; they have the kind RIGID, since most questions about bodies concern deformable
+        ones.
         """
         return self._kinds.get(kind, {})
 
     def asked(self, kind: str) -> dict[str, Declared]:
-        """Those of a kind, without models that were not asked for."""
+        """Return the declarations of a kind, leaving out models that the user did not select."""
         own = self.of_kind(kind)
         return {n: d for n, d in own.items() if n in self.chosen} if self.chosen and kind == "model" else own
 
     @cached_property
     def known(self) -> dict[Any, Any]:
-        """What was worked out of it, by who asked: cases, and itself with other values. Each is found once."""
+        """Cache of results derived from this scene, such as cases and variants, by a key of the caller."""
         return {}
 
     @cached_property
@@ -156,12 +158,12 @@ class Scene:
         found: dict[str, dict[str, Declared]] = {}
         for name, declared in self.declared.items():
             if "." not in name:
-                kind = RIGID if rigid(declared) else declared.kind
+                kind = RIGID if is_rigid(declared) else declared.kind
                 found.setdefault(kind, {})[name] = declared
         return found
 
     def acting(self, kind: str, body: str) -> tuple[Declared, ...]:
-        """Supports or loads that act on a body, in the order of the text: its own, and those of no body."""
+        """Return the supports or loads on a body in the order of the text: its own, and those that name no body."""
         found = self._acting.get((kind, body), []) + self._acting.get((kind, None), [])
         return tuple(declared for _, declared in sorted(found, key=itemgetter(0)))
 
@@ -175,9 +177,9 @@ class Scene:
 
 
 class SceneError(Exception):
-    """A scene, or an override of it, is in error: `diagnostics` says where and how to mend it.
+    """Error in a scene or in an override; `diagnostics` have the places and remedies.
 
-    Its text is what a terminal shows; IPython and Jupyter show that and no traceback.
+    Its text is what a terminal shows; IPython and Jupyter show that text without a traceback.
     """
 
     def __init__(self, diagnostics: list[Diagnostic]) -> None:
@@ -185,14 +187,14 @@ class SceneError(Exception):
         super().__init__(self._shown(colour=False))
 
     def _shown(self, colour: bool) -> str:
-        """How many there are and where to read more, and then each."""
+        """Return the number of errors, where to read more, and then each error."""
         from softmark.grammar.diagnostic import render, summary
 
         more = f"; more: dsl explain {self.diagnostics[0].code}" if self.diagnostics else ""
         return f"{summary(self.diagnostics)}{more}\n\n{render(self.diagnostics, colour)}"
 
     def _render_traceback_(self) -> list[str]:
-        """What IPython shows in place of a traceback."""
+        """Return the lines that IPython shows in place of a traceback."""
         return [self._shown(colour=True) if self.diagnostics else f"{type(self).__name__}: {self}"]
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -1,7 +1,6 @@
-"""From a syntax tree to a scene: names resolved, dimensions and ranges checked, everything in SI.
+"""Compiler from a syntax tree to a scene: names resolved, dimensions and ranges checked, everything in SI.
 
-Whatever is wrong is collected, and compiling goes on: one pass reports all errors that do not follow from
-another.
+Compilation continues after an error, so one pass reports all errors that do not follow from another.
 """
 
 from __future__ import annotations
@@ -23,12 +22,19 @@ from softmark.interpreter.language import (
     scene_sources,
 )
 from softmark.interpreter.language.call_binding import Binder
-from softmark.interpreter.language.compiled_scene import Declared, Expectation, Location, Made, Scene, SceneError
+from softmark.interpreter.language.compiled_scene import (
+    Declared,
+    Expectation,
+    Location,
+    ReusableParts,
+    Scene,
+    SceneError,
+)
 from softmark.interpreter.language.expectation_conditions import Expectations
-from softmark.interpreter.language.expression_evaluation import Bad, Place, describe
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Place, describe_expression
 from softmark.interpreter.language.field_schema import Vocabulary
-from softmark.interpreter.language.foreign_words import meaning, slip
-from softmark.interpreter.language.message_limit import Ledger
+from softmark.interpreter.language.foreign_words import explain_foreign_word, find_misspelling
+from softmark.interpreter.language.message_limit import BoundedDiagnostics
 from softmark.interpreter.language.name_scope import Scope
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.language.scene_sources import Module, ModuleTable, Symbol
@@ -42,24 +48,24 @@ KEPT = 200  # variations of a scene: a check compiles no more of a sweep, and ea
 def compile_scene(
     source: Source, folder: Path, file: Path | None, replacements: Sequence[str], vocabulary: Vocabulary
 ) -> tuple[Scene, list[Diagnostic]]:
-    """The scene of a text in a vocabulary, and all diagnostics; it is complete only if none of them is an error."""
-    diagnostics, given = Ledger(), list[Override]()
+    """Return the scene of a text, and all diagnostics; the scene is complete only if none of them is an error."""
+    diagnostics, given = BoundedDiagnostics(), list[Override]()
     table = scene_sources.ModuleTable(vocabulary)
     with diagnostics.bounded():
-        scene_sources.load(table, source, folder, file, diagnostics)
-        _unknown_kinds(table)
-        given = parameter_overrides.read(replacements, diagnostics)
-    return _compiled(table, str(file) if file else None, given, diagnostics, tuple(replacements))
+        scene_sources.load_modules(table, source, folder, file, diagnostics)
+        _remove_unknown_kinds(table)
+        given = parameter_overrides.read_overrides(replacements, diagnostics)
+    return _compile(table, str(file) if file else None, given, diagnostics, tuple(replacements))
 
 
-def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
-    """The scene with further overrides, and all diagnostics; made once of each, and no text is parsed again."""
+def recompile(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    """Return the scene with further overrides, and all diagnostics; cached, and no text is parsed again."""
     if scene.table is None:
         raise ValueError("the scene does not know its texts")
-    kept: dict[tuple[Any, ...], tuple[Scene, list[Diagnostic]]] = scene.known.setdefault(recompiled, {})
+    kept: dict[tuple[Any, ...], tuple[Scene, list[Diagnostic]]] = scene.known.setdefault(recompile, {})
     key = tuple((o.text, o.written, o.place.source.name, o.name_span, o.node.span) for o in more)
     if key not in kept:
-        made = _recompiled(scene, scene.table, more)
+        made = _recompile(scene, scene.table, more)
         if scene.varied or len(kept) == KEPT:
             return made
         kept[key] = made
@@ -67,59 +73,59 @@ def recompiled(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diag
     return other, list(diagnostics)
 
 
-def _recompiled(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
-    diagnostics = Ledger()
+def _recompile(scene: Scene, known: ModuleTable, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+    diagnostics = BoundedDiagnostics()
     table = known.again(diagnostics)
     added = [replace(o, place=Place(o.place.source, diagnostics)) for o in more]
     varied = tuple(o.text for o in more)
     texts = (*scene.overrides, *varied)
-    given = parameter_overrides.read(scene.overrides, diagnostics) + added
-    other, found = _compiled(table, scene.path, given, diagnostics, texts, scene.made)
+    given = parameter_overrides.read_overrides(scene.overrides, diagnostics) + added
+    other, found = _compile(table, scene.path, given, diagnostics, texts, scene.made)
     other = replace(other, chosen=scene.chosen, varied=scene.varied + varied)
-    return _as(scene.state, other), found
+    return _in_state_of(scene.state, other), found
 
 
-def _as(state: int | None, scene: Scene) -> Scene:
-    """The scene in a state that another is in, as far as it has as many."""
+def _in_state_of(state: int | None, scene: Scene) -> Scene:
+    """Return the scene in the same state as another, if it has that many states."""
     return scene if state is None or state >= len(states_of(scene)) else in_state(scene, state)
 
 
-def _reduced(scene: Scene) -> tuple[Any, ...]:
-    """Conditions are functions, which cannot be pickled: the texts can, and are compiled again."""
+def _pickle_scene(scene: Scene) -> tuple[Any, ...]:
+    """Pickle a scene by its texts, which are compiled again: conditions are functions, which cannot be pickled."""
     if scene.table is None:
         return Scene, tuple(getattr(scene, f.name) for f in fields(scene))
-    return restored, (scene.table, scene.path, scene.overrides, scene.chosen, scene.state)
+    return restore_scene, (scene.table, scene.path, scene.overrides, scene.chosen, scene.state)
 
 
-copyreg.pickle(Scene, _reduced)
+copyreg.pickle(Scene, _pickle_scene)
 
 
-def restored(
+def restore_scene(
     table: ModuleTable, path: str | None, texts: tuple[str, ...], chosen: tuple[str, ...], state: int | None = None
 ) -> Scene:
-    """The scene of texts that were parsed before, in another process or for a copy. Raises SceneError."""
-    diagnostics = Ledger()
+    """Compile texts that were parsed before, in another process or for a copy. Raises SceneError."""
+    diagnostics = BoundedDiagnostics()
     known = table.again(diagnostics)
-    scene, found = _compiled(known, path, parameter_overrides.read(texts, diagnostics), diagnostics, texts)
+    scene, found = _compile(known, path, parameter_overrides.read_overrides(texts, diagnostics), diagnostics, texts)
     if errors := [d for d in found if d.severity == "error"]:  # a file that it names is no longer there
         raise SceneError(errors)
-    return _as(state, replace(scene, chosen=chosen))
+    return _in_state_of(state, replace(scene, chosen=chosen))
 
 
-def _compiled(
-    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: Ledger, texts: tuple[str, ...],
-    known: Made | None = None,
+def _compile(
+    table: ModuleTable, path: str | None, given: Sequence[Override], diagnostics: BoundedDiagnostics, texts: tuple[str, ...],
+    known: ReusableParts | None = None,
 ) -> tuple[Scene, list[Diagnostic]]:  # fmt: skip
     scope = Scope(table, known=known)
     compiler = Compiler(scope, {})
     main = table.modules[0]
     title = ""
     with diagnostics.bounded():
-        compiler.replaced = parameter_overrides.assigned(given, table)
+        compiler.replaced = parameter_overrides.assign_overrides(given, table)
         scope.touched = frozenset(n for name in compiler.replaced for n in (name, name.rpartition(".")[0]))
         title = _title(main)
         if not diagnostics.full:
-            parameter_evaluation.evaluate(scope, compiler.replaced)
+            parameter_evaluation.evaluate_parameters(scope, compiler.replaced)
             compiler.run()
     values = {n: p for n in table.symbols if (p := scope.parameters.get(n)) is not None}
     declared = {n: d for n in table.symbols if (d := compiler.declared.get(n)) is not None}
@@ -131,9 +137,9 @@ def _compiled(
         declared=declared,
         expectations=tuple(compiler.expectations),
         overrides=texts,
-        unused=_unused(scope),
+        unused=_find_unused_names(scope),
         table=table,
-        made=None if diagnostics else Made(values, declared, scope.needs),
+        made=None if diagnostics else ReusableParts(values, declared, scope.needs),
     )
     return scene, diagnostics.closed()
 
@@ -145,8 +151,8 @@ def _title(module: Module) -> str:
     return titles[0].text if titles else (module.file.stem if module.file else "untitled scene")
 
 
-def _unused(scope: Scope) -> dict[str, Location]:
-    """The scene's own names that nothing refers to, and where they are declared."""
+def _find_unused_names(scope: Scope) -> dict[str, Location]:
+    """Return the scene's own names that nothing refers to, and where they are declared."""
     own = {n: s for n, s in scope.table.symbols.items() if "." not in n and n not in scope.used}
     found = {n: Location(s.module.source, s.node.name_span) for n, s in own.items()}
     reached = {n.split(".")[0] for n in scope.used if "." in n}
@@ -155,8 +161,8 @@ def _unused(scope: Scope) -> dict[str, Location]:
     return found | {n: Location(main.source, use.alias_span) for n, use in aliases.items()}
 
 
-def _unknown_kinds(table: ModuleTable) -> None:
-    """Report declarations of a kind that does not exist, and take them out of the table."""
+def _remove_unknown_kinds(table: ModuleTable) -> None:
+    """Report declarations of a kind that does not exist, and remove them from the table."""
     for name, symbol in list(table.symbols.items()):
         node = symbol.node
         if isinstance(node, tree.Declare) and node.kind not in table.vocabulary:
@@ -169,20 +175,22 @@ def _unknown_kind(vocabulary: Vocabulary, node: tree.Declare, place: Place) -> N
     kinds = (*vocabulary, *STATEMENTS)
     meant = foreign_aliases.WORDS.get(node.kind, node.kind)
     made = next((c.kind for c in vocabulary.find(meant)), None)
-    close = meant if meant in kinds else slip(node.kind, kinds)
+    close = meant if meant in kinds else find_misspelling(node.kind, kinds)
     if made:
-        words = f"`{meant}` makes {field_schema.article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+        words = (
+            f"`{meant}` makes {field_schema.indefinite_article(made)} {made}: write `{made} {node.name} = {meant}(...)`"
+        )
         called = isinstance(node.value, tree.Call) and node.value.function.text == meant
         hint: str | Remedy = Remedy(words, Fix(made) if called else None)
     else:
-        known = meaning(node.kind) or "kinds of declarations: " + ", ".join(kinds)
+        known = explain_foreign_word(node.kind) or "kinds of declarations: " + ", ".join(kinds)
         hint = did_you_mean(close) if close else known
     place.fail("E202", node.kind_span, f"`{node.kind}` is not a kind of declaration", "unknown kind", hint)
 
 
 @dataclass
 class Compiler:
-    """Builds declarations, each after those that it refers to; what was made before and is the same, it takes."""
+    """Compiles each declaration after those that it refers to, and reuses unchanged results of an earlier compilation."""
 
     scope: Scope
     replaced: Mapping[str, Override]  # by parameter, or by `declared.field`
@@ -196,23 +204,23 @@ class Compiler:
         return self.scope.table
 
     def run(self) -> None:
-        """Compile every declaration of every module, and the expectations of the scene itself."""
+        """Compile every declaration of every module, and the expectations of the main scene."""
         for name, symbol in self.table.symbols.items():
             if isinstance(symbol.node, tree.Declare):
                 try:
                     self.declaration(name)
-                except Bad:
+                except EvaluationError:
                     continue
         self._expectations()
 
     # ------------------------------------------------------------------ declarations
 
     def declaration(self, full: str) -> Declared:
-        """A declaration by its full name, with everything that it refers to. Raises Bad."""
+        """Compile a declaration by its full name, with everything that it refers to. Raises EvaluationError."""
         if full in self.declared:
             known = self.declared[full]
             if known is None:
-                raise Bad
+                raise EvaluationError
             return known
         symbol = self.table.symbols[full]
         if len(self._open) >= DEEPEST:
@@ -227,7 +235,7 @@ class Compiler:
         self.declared[full] = None
         self._open.append(full)
         try:
-            with self.scope.following(full):
+            with self.scope.record_dependencies(full):
                 self.declared[full] = made = self._declaration(full, symbol)
         finally:
             self._open.pop()
@@ -236,13 +244,13 @@ class Compiler:
     def _declaration(self, full: str, symbol: Symbol) -> Declared:
         node, module = symbol.node, symbol.module
         if not isinstance(node, tree.Declare):
-            raise Bad
+            raise EvaluationError
         if isinstance(node.value, tree.Name):
             return self._alias(full, node, node.value, module)
         if not isinstance(node.value, tree.Call):
-            found = describe(node.value)
+            found = describe_expression(node.value)
             raise module.place.fail(
-                "E207", node.value.span, f"expected {field_schema.article(node.kind)} {node.kind}, found {found}",
+                "E207", node.value.span, f"expected {field_schema.indefinite_article(node.kind)} {node.kind}, found {found}",
                 found,
                 f"constructors of {field_schema.plural(node.kind)}: " + ", ".join(self.table.vocabulary[node.kind]),
             )  # fmt: skip
@@ -251,10 +259,10 @@ class Compiler:
         return Declared(node.kind, full, constructor, thing, location, places, name)
 
     def _alias(self, full: str, node: tree.Declare, name: tree.Name, module: Module) -> Declared:
-        """`material soft = tissue.liver`: another name for the same thing."""
+        """Compile `material soft = tissue.liver`: another name for the same object."""
         known = module.prefix + name.text in self.table.symbols
         known_words = self.table.vocabulary[node.kind]
-        close = name.text if name.text in known_words else slip(name.text, known_words)
+        close = name.text if name.text in known_words else find_misspelling(name.text, known_words)
         if not known and close and not nearest(name.text, self.scope.names(module, [node.kind])):
             raise module.place.fail(
                 "E207", name.span, f"expected a call, found the name `{name.text}`", "no parentheses",
@@ -265,17 +273,17 @@ class Compiler:
         return Declared(node.kind, full, target.constructor, target.thing, location, name_at=own)
 
     def named(self, name: tree.Name, kind: str, module: Module, place: Place, also: tuple[str, ...] = ()) -> Declared:
-        """The declaration that a name stands for, which must be of a kind, or of those `also` taken. Raises Bad."""
+        """Return the declaration that a name refers to; it must be of `kind` or of a kind in `also`. Raises EvaluationError."""
         symbol = self.scope.resolve(name, module, place, kind)
         found = symbol.node.kind if isinstance(symbol.node, tree.Declare) else "parameter"
         if found not in (kind, *also):
             others = self.scope.names(module, [kind])
             hint = f"declare one: `{kind} NAME = ...`"
             if others:
-                hint = f"declared {field_schema.plural(kind)}: {field_schema.listed(others)}"
+                hint = f"declared {field_schema.plural(kind)}: {field_schema.join_names(others)}"
             raise place.fail(
-                "E213", name.span, f"expected {field_schema.article(kind)} {kind}, found the {found} `{name.text}`",
-                f"{field_schema.article(found)} {found}", hint,
+                "E213", name.span, f"expected {field_schema.indefinite_article(kind)} {kind}, found the {found} `{name.text}`",
+                f"{field_schema.indefinite_article(found)} {found}", hint,
             )  # fmt: skip
         full = module.prefix + name.text
         if full in self._open:
@@ -299,6 +307,6 @@ class Compiler:
                 location = Location(main.source, node.span)
                 try:
                     checker.check(node.condition)
-                except Bad:
+                except EvaluationError:
                     continue
                 self.expectations.append(Expectation(node.condition, location))

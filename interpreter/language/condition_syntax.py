@@ -1,4 +1,4 @@
-"""Reading conditions on coordinates, such as `x <= 0 mm and z > 1 mm`: from a syntax tree to a Condition."""
+"""Conversion of conditions such as `x <= 0 mm and z > 1 mm` from a syntax tree to a Condition."""
 
 from __future__ import annotations
 
@@ -8,7 +8,13 @@ from softmark.grammar import source_layout, tree
 from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import quotient_warnings, units
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
-from softmark.interpreter.language.expression_evaluation import COORDINATES, PREDEFINED, Evaluator, Quantity, describe
+from softmark.interpreter.language.expression_evaluation import (
+    COORDINATES,
+    PREDEFINED,
+    Evaluator,
+    Quantity,
+    describe_expression,
+)
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 EXPONENTS = (2.0, 3.0, 4.0)
@@ -17,13 +23,15 @@ HIGHEST = 8  # power of length in a comparison: that of the extent of the farthe
 Named = Callable[[tree.Name], Condition | str | None]  # what a region selects, the region that was meant, or nothing
 
 
-def selection(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> Condition:
-    """The condition that an expression states, `named` the regions in it. Raises Bad."""
+def read_condition(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> Condition:
+    """Return the condition that an expression states; `named` finds the regions in it. Raises EvaluationError."""
     match node:
         case tree.Unary(operator="not", operand=operand):
-            return Condition.negation(selection(operand, evaluator, named))
+            return Condition.negation(read_condition(operand, evaluator, named))
         case tree.Binary(operator="and" | "or" as op, left=left, right=right):
-            return Condition.junction(op, selection(left, evaluator, named), selection(right, evaluator, named))
+            return Condition.junction(
+                op, read_condition(left, evaluator, named), read_condition(right, evaluator, named)
+            )
         case tree.Compare():
             return _comparison(node, evaluator)
         case tree.Name() if isinstance(region := named(node), Condition):
@@ -33,14 +41,14 @@ def selection(node: tree.Expression, evaluator: Evaluator, named: Named = lambda
         help = f"compare it with a length: `{node.text} <= 0 mm`"
     elif isinstance(node, tree.Name) and isinstance(meant := named(node), str):
         help = Remedy(f"did you mean the region `{meant}`?", Fix(meant))
-    found = describe(node)
+    found = describe_expression(node)
     raise evaluator.place.fail(
         "E207", node.span, f"expected a condition on the coordinates, found {found}", found, help
     )
 
 
-def said(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> str:
-    """The text of a condition, followed by the values of the names in it: what makes it this condition."""
+def format_condition(node: tree.Expression, evaluator: Evaluator, named: Named = lambda name: None) -> str:
+    """Return the text of a condition followed by the values of the names in it; equal texts mean equal conditions."""
     names = [n for n, _ in tree.walk(node) if isinstance(n, tree.Name) and n.text not in PREDEFINED]
     regions = {name.text: found.said for name in names if isinstance(found := named(name), Condition)}
     values = {name.text: repr(evaluator.lookup(name)) for name in names if name.text not in regions}
@@ -58,27 +66,27 @@ def _comparison(node: tree.Compare, evaluator: Evaluator) -> Condition:
     for i, operator in enumerate(node.operators):
         (a, da), (b, db) = terms[i], terms[i + 1]
         if da != db:
-            found, due, right = units.named(db), units.named(da), node.operands[i + 1]
+            found, due, right = units.dimension_name(db), units.dimension_name(da), node.operands[i + 1]
             raise evaluator.place.fail(
                 "E204", right.span, f"expected {due}, found {found}", found,
-                quotient_warnings.remedy(right, evaluator.place.source.text, db, da)
-                or f"both sides of `{operator}` have the same dimension: give {due} in {units.usual(da)}",
+                quotient_warnings.suggest_quotient(right, evaluator.place.source.text, db, da)
+                or f"both sides of `{operator}` have the same dimension: give {due} in {units.usual_units(da)}",
             )  # fmt: skip
         if abs(da[0]) > HIGHEST:
             raise evaluator.place.fail("E218", node.span, "the powers of lengths in this comparison are too high",
-                                       units.named(da), f"compare powers up to {HIGHEST}")  # fmt: skip
+                                       units.dimension_name(da), f"compare powers up to {HIGHEST}")  # fmt: skip
         steps.append(Condition.comparison(operator, a, b, da[0]))
     return _all(steps)
 
 
 def _all(steps: list[Condition]) -> Condition:
-    """That all of some conditions hold, in a tree as flat as can be: a comparison may have any number of parts."""
+    """Return the conjunction of conditions as a balanced tree: a comparison may have any number of parts."""
     half = len(steps) // 2
     return Condition.junction("and", _all(steps[:half]), _all(steps[half:])) if half else steps[0]
 
 
 def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]:
-    """An arithmetic term, in which coordinates may occur."""
+    """Return an arithmetic term, in which coordinates may occur."""
     if not _has_coordinate(node):
         q = evaluator.quantity(node)
         return Term.constant(q.value), q.dimension
@@ -101,7 +109,7 @@ def _term(node: tree.Expression, evaluator: Evaluator) -> tuple[Term, Dimension]
                 "coordinates take + - * / ^, `sqrt` and `abs`",
             )  # fmt: skip
     raise evaluator.place.fail(
-        "E207", node.span, f"expected a length, found {describe(node)}", describe(node),
+        "E207", node.span, f"expected a length, found {describe_expression(node)}", describe_expression(node),
         "compare single coordinates, and join comparisons with `and` and `or`",
     )  # fmt: skip
 
@@ -116,13 +124,13 @@ def _combined(node: tree.Binary, evaluator: Evaluator) -> tuple[Term, Dimension]
                 "take a root with `sqrt(...)`",
             )  # fmt: skip
         case "^":
-            return a.combine("^", b), units.power(da, int(b.value))
+            return a.combine("^", b), units.raise_dimension(da, int(b.value))
         case "*":
-            return a.combine("*", b), units.times(da, db)
+            return a.combine("*", b), units.multiply_dimensions(da, db)
         case "/" if b.value == 0.0:
             raise evaluator.place.fail("E219", node.span, "this divides by zero")
         case "/":
-            return a.combine("/", b), units.times(da, db, -1)
+            return a.combine("/", b), units.multiply_dimensions(da, db, -1)
         case "+" | "-" as op if da == db:
             return a.combine(op, b), da
     raise evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))

@@ -1,4 +1,4 @@
-"""Conditions on coordinates: evaluated at points, or bounded over a box without any point.
+"""Conditions on coordinates, evaluated at points or bounded over a box.
 
 Comparisons allow for round-off: coordinates that differ by less than 1e-9 of the body's extent count as
 equal.
@@ -18,7 +18,7 @@ RELATIVE_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Enclosure:
-    """All values between two bounds: interval arithmetic (Moore 1966)."""
+    """Closed interval of values, with interval arithmetic (Moore 1966)."""
 
     low: float
     high: float
@@ -46,14 +46,14 @@ class Enclosure:
 
     def __pow__(self, n: float) -> Enclosure:
         through_zero = (0.0,) if n % 2 == 0 and self.low < 0 < self.high else ()
-        return _bounded(_raised(self.low, n), _raised(self.high, n), *through_zero)
+        return _bounded(_integer_power(self.low, n), _integer_power(self.high, n), *through_zero)
 
     def root(self) -> Enclosure:
-        """The square root; of what is below zero, zero."""
+        """Return the square root; negative values count as zero."""
         return Enclosure(math.sqrt(max(self.low, 0.0)), math.sqrt(max(self.high, 0.0)))
 
     def magnitude(self) -> Enclosure:
-        """The absolute value."""
+        """Return the absolute value."""
         ends = (abs(self.low), abs(self.high))
         return Enclosure(0.0 if self.low < 0 < self.high else min(ends), max(ends))
 
@@ -62,7 +62,7 @@ EVERYTHING = Enclosure(-math.inf, math.inf)
 
 
 def _bounded(*values: float) -> Enclosure:
-    """The range of some values; everything where one of them is not a number, as infinity minus infinity."""
+    """Return the smallest interval of some values, or the whole line if one is not a number (infinity minus infinity)."""
     return EVERYTHING if any(map(math.isnan, values)) else Enclosure(min(values), max(values))
 
 
@@ -72,10 +72,10 @@ def _range(value: Enclosure | float) -> Enclosure:
 
 @dataclass(frozen=True)
 class Term:
-    """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or ranges.
+    """Arithmetic over coordinates; `at` takes (x, y, z) as floats, numpy arrays or intervals.
 
-    `plane` (a, b, c, d) is there where the term is a x + b y + c z + d; `axes` are the coordinates that occur in it.
-    `inside` is what it is the absolute value of.
+    `plane` is (a, b, c, d) if the term is linear, a x + b y + c z + d; `axes` are the coordinates that occur in it.
+    `inside` is the argument if the term is an absolute value.
     """
 
     at: Callable[[tuple[Any, Any, Any]], Any]
@@ -87,27 +87,27 @@ class Term:
 
     @staticmethod
     def constant(value: float) -> Term:
-        """A number."""
+        """Return a constant term."""
         return Term(lambda p: value, False, value, (0.0, 0.0, 0.0, value))
 
     @staticmethod
     def coordinate(axis: int) -> Term:
-        """x, y or z."""
+        """Return the term x, y or z."""
         plane = tuple(float(i == axis) for i in range(4))
         return Term(lambda p: p[axis], True, plane=plane, axes=frozenset({axis}))  # type: ignore[arg-type]
 
     def negated(self) -> Term:
-        """Minus this."""
+        """Return minus this term."""
         return Term(lambda p: -self.at(p), self.varies, -self.value, _scaled(self.plane, -1.0), self.axes)
 
     def combine(self, operator: str, other: Term) -> Term:
-        """This and another term under + - * / ^."""
+        """Combine this term with another by + - * / or ^."""
         f = _OPERATORS[operator]
         plane, axes = self._plane(operator, other), self.axes | other.axes
         return Term(lambda p: f(self.at(p), other.at(p)), True, plane=plane, axes=axes)
 
     def _plane(self, operator: str, other: Term) -> Plane | None:
-        """What stays linear in the coordinates: sums, and products and quotients with a constant."""
+        """Return the coefficients of the result if it stays linear: sums, and products and quotients with a constant."""
         match operator:
             case "+":
                 return _summed(self.plane, other.plane)
@@ -122,7 +122,7 @@ class Term:
         return None
 
     def function(self, name: str) -> Term:
-        """sqrt or abs of this."""
+        """Return sqrt or abs of this term."""
         f = _FUNCTIONS[name]
         return Term(lambda p: f(self.at(p)), True, axes=self.axes, inside=self if name == "abs" else None)
 
@@ -144,23 +144,23 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "+": lambda a, b: b + a if isinstance(b, Enclosure) else a + b,
     "-": lambda a, b: a - b if not isinstance(b, Enclosure) else _range(a) - b,
     "*": lambda a, b: b * a if isinstance(b, Enclosure) else a * b,
-    "/": lambda a, b: _range(a) / b if isinstance(b, Enclosure) else a / _apart(b),
-    "^": lambda a, b: a**b if isinstance(a, Enclosure) else _raised(a, b),
+    "/": lambda a, b: _range(a) / b if isinstance(b, Enclosure) else a / _nonzero_divisor(b),
+    "^": lambda a, b: a**b if isinstance(a, Enclosure) else _integer_power(a, b),
 }
 
 
-def _raised(a: Any, n: float) -> Any:
-    """A whole power as a product, which overflows to infinity where `**` would raise."""
+def _integer_power(a: Any, n: float) -> Any:
+    """Return a whole power as a product, which overflows to infinity where `**` would raise."""
     return math.prod([a] * int(n))
 
 
-def _apart(divisor: Any) -> Any:
-    """A divisor that is not zero: where a coordinate is, its quotient is as large as numbers get."""
+def _nonzero_divisor(divisor: Any) -> Any:
+    """Replace a zero divisor by 1e-300, so that the quotient becomes huge instead of undefined."""
     return divisor + (divisor == 0) * 1e-300
 
 
 def _root(a: Any) -> Any:
-    """The square root; zero where there is none, as where round-off makes the edge of a disc negative."""
+    """Return the square root, or zero for negative numbers, which round-off causes at the edge of a disc."""
     if isinstance(a, Enclosure):
         return a.root()
     return (0.5 * (a + abs(a))) ** 0.5
@@ -178,33 +178,34 @@ Truth = tuple[bool, bool]  # may it be false somewhere, may it be true somewhere
 
 @dataclass(frozen=True)
 class Border:
-    """A surface across which a comparison changes: where `level` (a difference of two terms) is zero."""
+    """Surface across which a comparison changes: the zero set of `level`, a difference of two terms."""
 
     level: Term  # in m^power
     power: int
 
     def at(self, x: Any, y: Any, z: Any) -> Any:
-        """The level at points: zero on the border, of one sign on each side of it, m^power."""
+        """Return the level at points, m^power: zero on the border, of opposite sign on its two sides."""
         return self.level.at((x, y, z))
 
     def over(self, low: Point, high: Point) -> Enclosure:
-        """Bounds of the level over a box, m^power."""
+        """Return bounds of the level over a box, m^power."""
         x, y, z = (Enclosure(a, b) for a, b in zip(low, high, strict=True))
         return _range(self.level.at((x, y, z)))
 
     @property
     def plane(self) -> Plane | None:
-        """(a, b, c, d) of a x + b y + c z + d = 0 where the border is a plane, and None where it is curved."""
+        """Coefficients (a, b, c, d) of a x + b y + c z + d = 0, or None if the border is curved."""
         return self.level.plane
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A selection of points: `holds` works on floats and on arrays, `over` on a box; `said` is its text with values.
+    """Selection of points: `holds` works on floats and arrays, `over` on a box; `said` is its text with values.
 
-    `borders` are the surfaces that can bound it: between them it is true or false throughout. `regions` names those
-    that it is made of. `groups` are named parts of a mesh file in it: no coordinates tell what these hold, and
-    `given_of` makes the condition that is left for things of which it is known.
+    `borders` are the surfaces that can bound it; between them it is true or false throughout. `regions` names the
+    regions
+    in it. `groups` names the groups of a mesh file in it; coordinates cannot decide membership, and `given_of` replaces
+    the groups by known membership.
     """
 
     _test: Callable[[tuple[Any, Any, Any], float], Any] = field(repr=False)
@@ -216,34 +217,34 @@ class Condition:
     groups: tuple[str, ...] = field(default=(), compare=False)
     _known: Callable[[Mapping[str, bool]], Condition] | None = field(default=None, repr=False, compare=False)
 
-    def given_of(self, members: Mapping[str, bool]) -> Condition:
-        """The same for things of which it is known whether they are members of its groups: on coordinates alone."""
+    def with_group_membership(self, members: Mapping[str, bool]) -> Condition:
+        """Replace each group by whether the item in question is a member; the result depends only on coordinates."""
         return self if self._known is None else self._known(members)
 
     @property
     def axes(self) -> frozenset[int]:
-        """The coordinates that it is about: 0, 1 and 2 are x, y and z."""
+        """Coordinates that occur in it: 0, 1 and 2 are x, y and z."""
         return frozenset(axis for border in self.borders for axis in border.level.axes)
 
     def holds(self, x: Any, y: Any, z: Any, extent: float) -> Any:
-        """True where (x, y, z), in m, satisfies the condition in a body of this extent (m)."""
+        """Return whether points (x, y, z), m, satisfy the condition in a body of this extent, m."""
         return self._test((x, y, z), extent)
 
     def given(self, levels: Sequence[Any], extent: float) -> Any:
-        """The same as `holds`, where the levels of its borders are known, in their order."""
+        """Return the same as `holds` from the known levels of the borders, in their order."""
         return self._told(levels, extent)
 
     def over(self, low: Point, high: Point, extent: float | None = None) -> Truth:
-        """(may be false, may be true) somewhere in the box; (False, True) means that it holds everywhere.
+        """Return (may be false, may be true) over the box; (False, True) means that the condition holds everywhere.
 
-        `extent` is that of the body (m), where the box is a part of it.
+        `extent` is that of the body (m), if the box is only a part of it.
         """
         x, y, z = (Enclosure(a, b) for a, b in zip(low, high, strict=True))
         return self._bound((x, y, z), math.dist(low, high) if extent is None else extent)
 
     @staticmethod
     def comparison(operator: str, a: Term, b: Term, length_power: int) -> Condition:
-        """a < b and its kin; the tolerance is scaled by the power of length that is compared."""
+        """Return the condition of a comparison, such as a < b; its tolerance has the compared power of length."""
         if (both := _between_planes(operator, a, b, length_power)) is not None:
             return both
 
@@ -264,7 +265,7 @@ class Condition:
 
     @staticmethod
     def group(name: str) -> Condition:
-        """Membership of a named part of a mesh file. Asked at a point alone it raises MembersUnknown."""
+        """Return membership of a named group of a mesh file; evaluating it at a point raises MembersUnknown."""
 
         def unknown(_: Any, extent: float) -> Any:
             raise MembersUnknown(name)
@@ -277,7 +278,7 @@ class Condition:
 
     @staticmethod
     def negation(a: Condition) -> Condition:
-        """not a."""
+        """Return the condition `not a`."""
 
         def bound(box: tuple[Enclosure, Enclosure, Enclosure], extent: float) -> Truth:
             false, true = a._bound(box, extent)
@@ -290,7 +291,7 @@ class Condition:
             return _not(a._told(levels, extent))
 
         def known(members: Mapping[str, bool]) -> Condition:
-            return Condition.negation(a.given_of(members))
+            return Condition.negation(a.with_group_membership(members))
 
         known_of = known if a.groups else None
         return Condition(
@@ -299,7 +300,7 @@ class Condition:
 
     @staticmethod
     def junction(operator: str, a: Condition, b: Condition) -> Condition:
-        """a and b, a or b."""
+        """Return the condition `a and b` or `a or b`."""
         both = operator == "and"
 
         def test(p: tuple[Any, Any, Any], extent: float) -> Any:
@@ -316,7 +317,7 @@ class Condition:
             return left & right if both else left | right
 
         def known(members: Mapping[str, bool]) -> Condition:
-            return Condition.junction(operator, a.given_of(members), b.given_of(members))
+            return Condition.junction(operator, a.with_group_membership(members), b.with_group_membership(members))
 
         groups = (*a.groups, *(g for g in b.groups if g not in a.groups))
         return Condition(
@@ -329,9 +330,9 @@ TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
 def _between_planes(operator: str, a: Term, b: Term, length_power: int) -> Condition | None:
-    """|t| < c and its kin as what they say of t, whose borders are two planes where t is linear in the coordinates.
+    """Rewrite |t| < c and similar comparisons as conditions on t, bounded by two planes if t is linear.
 
-    As one border they would be curved, and what is cut along such is cut by straight pieces.
+    One border for |t| would be curved, and cells cut along it would get straight pieces.
     """
     if b.inside is not None and not a.varies and operator in TURNED:
         operator, a, b = TURNED[operator], b, a
@@ -345,11 +346,11 @@ def _between_planes(operator: str, a: Term, b: Term, length_power: int) -> Condi
 
 
 class MembersUnknown(Exception):
-    """A group of a mesh file was asked for at a place; its argument is the group's name."""
+    """Membership of a group of a mesh file was needed at a point; the argument is the group's name."""
 
 
 def _constant(value: bool) -> Condition:
-    """The same everywhere."""
+    """Return a condition that is true everywhere or false everywhere."""
     return Condition(lambda p, extent: value, lambda box, extent: (not value, value), lambda levels, extent: value)
 
 

@@ -1,4 +1,4 @@
-"""Expectations: conditions on metrics, their dimensions checked before a run and their truth after it."""
+"""Expectations: conditions on metrics; dimensions are checked before a run and truth after it."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from softmark.grammar.diagnostic import Fix, Remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.expression_evaluation import (
-    Bad,
+    EvaluationError,
     Evaluator,
     Place,
     Quantity,
     Value,
-    before_at,
-    describe,
+    describe_expression,
+    metric_before_at,
 )
 from softmark.interpreter.language.scene_sources import Module
-from softmark.interpreter.language.scene_states import numbers_of
+from softmark.interpreter.language.scene_states import find_state_indices
 from softmark.interpreter.results.state_results import Moment, percent
 from softmark.records import dataclass
 
@@ -33,30 +33,30 @@ OWNERS = ("model", "reference")  # kinds of what has metrics
 
 @dataclass(frozen=True)
 class Expectations:
-    """Checks the conditions of one scene against the names that it declares."""
+    """Checks the expectations of one scene against the names that it declares."""
 
     compiler: Compiler
     module: Module
 
     def check(self, node: tree.Expression) -> None:
-        """Report everything that is wrong with a condition; raises Bad."""
-        broken: Bad | None = None
+        """Report all errors in a condition. Raises EvaluationError."""
+        broken: EvaluationError | None = None
         for part in _parts(node):
             try:
-                truth(part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary, self._at))
-            except Bad as bad:
+                is_satisfied(part, Evaluator(self.place, self._lookup, self.compiler.table.vocabulary, self._at))
+            except EvaluationError as bad:
                 broken = bad
         if broken is not None:
             raise broken
 
     @property
     def place(self) -> Place:
-        """The scene's text."""
+        """Text of the scene."""
         return self.module.place
 
     @cached_property
     def _kinds(self) -> Mapping[str, str]:
-        """Declared name -> kind."""
+        """Kind of each declared name."""
         symbols = self.compiler.table.symbols
         return {n: s.node.kind for n, s in symbols.items() if isinstance(s.node, tree.Declare)}
 
@@ -64,13 +64,13 @@ class Expectations:
         return [n for n, k in self._kinds.items() if k in kinds and "." not in n]
 
     def _known(self, *kinds: str) -> str:
-        return field_schema.listed(self._own(*kinds)) or "none is declared"
+        return field_schema.join_names(self._own(*kinds)) or "none is declared"
 
     def _lookup(self, name: tree.Name) -> Value:
-        """The dimension of `model.metric` (its value is not known yet), or a parameter."""
+        """Return the dimension of `model.metric` (its value is not known yet), or the value of a parameter."""
         table = self.compiler.table
         if table.is_broken(name.parts[0]):
-            raise Bad  # reported where it is declared
+            raise EvaluationError  # reported where it is declared
         symbol = table.symbols.get(name.text)
         if symbol is not None and isinstance(symbol.node, tree.Param):
             return self.compiler.scope.lookup(name, self.module, self.place)
@@ -80,7 +80,7 @@ class Expectations:
         if owner in OWNERS:
             return self._metric(name)
         if owner:
-            problem = f"`{name.parts[0]}` is {field_schema.article(owner)} {owner}, which has no metrics"
+            problem = f"`{name.parts[0]}` is {field_schema.indefinite_article(owner)} {owner}, which has no metrics"
             raise self.place.fail("E216", name.span, problem, "not a model",
                                   f"models and references have them: {self._known(*OWNERS)}")  # fmt: skip
         if name.parts[0] in table.aliases:
@@ -95,14 +95,16 @@ class Expectations:
         raise self.place.fail("E201", name.span, f"`{name.parts[0]}` is not declared", "not found", hint)
 
     def _at(self, name: tree.Name, node: tree.Expression, value: Quantity) -> Value:
-        """The dimension of a metric in one state, `model.metric.at(12.5 %)`, which the analysis must have once."""
+        """Return the dimension of a metric in one state, `model.metric.at(12.5 %)`; the analysis must have that state
+        once.
+        """
         found, states = self._lookup(name), self._states()
         if not states and (end := self._end()) is not None and name.text not in self.compiler.table.symbols:
             self._in_time(name, node, value, end)
             return found
         timed = any(isinstance(state, Moment) for state in states)
         if value.dimension != (units.TIME if timed else units.NONE):
-            what, due = units.named(value.dimension), "a time" if timed else "a plain number"
+            what, due = units.dimension_name(value.dimension), "a time" if timed else "a plain number"
             known = "a time: `.at(5 s)`" if timed else "a part of the whole: `.at(12.5 %)`"
             raise self.place.fail("E204", node.span, f"expected {due}, found {what}", what,
                                   f"a state is known by its value, {known}")  # fmt: skip
@@ -115,7 +117,7 @@ class Expectations:
             raise self.place.fail("E313", node.span, problem, "of which states?",
                                   "leave `.at(...)` out, or give the analysis some: `static(states = [5, 12.5] %)`",
                                   )  # fmt: skip
-        if len(chosen := numbers_of(states, value.value)) != 1:
+        if len(chosen := find_state_indices(states, value.value)) != 1:
             shown = percent(Moment(value.value) if timed else value.value)
             listed = ", ".join(map(percent, states))
             problem = f"the analysis has no state {shown}" if not chosen else f"it is in the state {shown} twice"
@@ -123,21 +125,21 @@ class Expectations:
         return found
 
     def _states(self) -> tuple[float, ...]:
-        """Of the analysis. Raises Bad where that is in error."""
+        """Return the states of the analysis. Raises EvaluationError if it is in error."""
         own = self._own("analysis")
         known = self.compiler.declaration(own[0]).thing.situations if own else None
         return () if known is None else tuple(known)
 
     def _end(self) -> float | None:
-        """When a motion ends, s; None of other analyses. Raises Bad where that is in error."""
+        """Return the end time of a dynamic analysis, s; None for other analyses. Raises EvaluationError if it is in error."""
         own = self._own("analysis")
         thing = self.compiler.declaration(own[0]).thing if own else None
         return getattr(thing, "duration", None) if getattr(thing, "moving", False) else None
 
     def _in_time(self, name: tree.Name, node: tree.Expression, value: Quantity, end: float) -> None:
-        """A metric that is followed over time, at a time of the motion. Raises Bad."""
+        """Check a metric at a time of a dynamic analysis: it must be recorded over time. Raises EvaluationError."""
         if value.dimension != units.TIME:
-            found = units.named(value.dimension)
+            found = units.dimension_name(value.dimension)
             raise self.place.fail("E204", node.span, f"expected a time, found {found}", found,
                                   "what is followed in a motion is asked for at a time: `.at(5 ms)`")  # fmt: skip
         if not self.compiler.declaration(name.parts[1]).thing.in_time:
@@ -148,8 +150,8 @@ class Expectations:
             raise self.place.fail("E313", node.span, f"the motion has no time {percent(Moment(value.value))}",
                                   "beyond its end", f"it goes from 0 s to {percent(Moment(end))}")  # fmt: skip
 
-    def _alone(self, name: tree.Name, kind: str) -> Bad:
-        """A name without a dot that is no parameter."""
+    def _alone(self, name: tree.Name, kind: str) -> EvaluationError:
+        """Report a name without a dot that is not a parameter."""
         metrics, owners = self._own("metric"), self._own(*OWNERS)
         example = f"{owners[0] if owners else 'model'}.{metrics[0] if metrics else 'metric'}"
         if kind == "metric":
@@ -162,12 +164,14 @@ class Expectations:
         if kind:
             problem = f"expected a number, found the {kind} `{name.text}`"
             remedy = f"expect something of a metric of a model, such as `{example}`"
-            return self.place.fail("E213", name.span, problem, f"{field_schema.article(kind)} {kind}", remedy)
+            return self.place.fail(
+                "E213", name.span, problem, f"{field_schema.indefinite_article(kind)} {kind}", remedy
+            )
         try:
             self.compiler.scope.lookup(name, self.module, self.place)
-        except Bad as bad:
+        except EvaluationError as bad:
             return bad
-        return Bad("has a value after all")
+        return EvaluationError("has a value after all")
 
     def _metric(self, name: tree.Name) -> Value:
         owner, metric = name.parts[0], ".".join(name.parts[1:])
@@ -179,36 +183,36 @@ class Expectations:
                 "E216", name.span, f"`{metric}` is measured against `{owner}` itself", "always zero",
                 "expect something of a model, or of another reference",
             )  # fmt: skip
-        return Quantity(math.nan, units.parse(thing.unit).dimension)
+        return Quantity(math.nan, units.parse_unit(thing.unit).dimension)
 
-    def _no_metric(self, name: tree.Name, owner: str, metric: str) -> Bad:
+    def _no_metric(self, name: tree.Name, owner: str, metric: str) -> EvaluationError:
         if self.compiler.table.is_broken(metric):
-            return Bad()
+            return EvaluationError()
         close = nearest(metric, self._own("metric"))
         hint = did_you_mean(f"{owner}.{close}") if close else f"metrics: {self._known('metric')}"
         found, problem = self._kinds.get(metric), f"there is no metric `{metric}`"
         if found:
-            problem = f"`{metric}` is {field_schema.article(found)} {found}, not a metric"
+            problem = f"`{metric}` is {field_schema.indefinite_article(found)} {found}, not a metric"
         return self.place.fail("E216", name.span, problem, "not a metric", hint)
 
 
-def metrics_in(node: tree.Expression) -> Iterator[tree.Name]:
-    """`model.metric` wherever an expectation names one, in one state or in all."""
+def find_metrics(node: tree.Expression) -> Iterator[tree.Name]:
+    """Yield each `model.metric` that an expectation names, with or without a state."""
     for part, _ in tree.walk(node):
-        name = before_at(part) if isinstance(part, tree.Call) else part
+        name = metric_before_at(part) if isinstance(part, tree.Call) else part
         if isinstance(name, tree.Name) and len(name.parts) == 2:
             yield name
 
 
-def stateless_in(node: tree.Expression) -> Iterator[str]:
-    """The metrics that an expectation names without a state."""
+def find_stateless_metrics(node: tree.Expression) -> Iterator[str]:
+    """Yield the metrics that an expectation names without a state."""
     for part, _ in tree.walk(node):
         if isinstance(part, tree.Name) and len(part.parts) == 2:
             yield part.parts[1]
 
 
 def _parts(node: tree.Expression) -> Iterator[tree.Expression]:
-    """The comparisons that `and`, `or` and `not` join."""
+    """Yield the comparisons that `and`, `or` and `not` join."""
     match node:
         case tree.Unary(operator="not", operand=operand):
             yield from _parts(operand)
@@ -229,21 +233,21 @@ _TESTS: dict[str, Callable[[float, float], bool]] = {
 }
 
 
-def truth(node: tree.Expression, evaluator: Evaluator) -> bool:
-    """Whether the condition holds; the first operand's value is what a report shows. Raises Bad."""
+def is_satisfied(node: tree.Expression, evaluator: Evaluator) -> bool:
+    """Return whether the condition holds. Raises EvaluationError."""
     match node:
         case tree.Unary(operator="not", operand=operand):
-            return not truth(operand, evaluator)
+            return not is_satisfied(operand, evaluator)
         case tree.Binary(operator="and", left=left, right=right):
-            first, second = truth(left, evaluator), truth(right, evaluator)
+            first, second = is_satisfied(left, evaluator), is_satisfied(right, evaluator)
             return first and second
         case tree.Binary(operator="or", left=left, right=right):
-            first, second = truth(left, evaluator), truth(right, evaluator)
+            first, second = is_satisfied(left, evaluator), is_satisfied(right, evaluator)
             return first or second
         case tree.Compare():
             return _compare(node, evaluator)
     raise evaluator.place.fail(
-        "E215", node.span, f"expected a comparison, found {describe(node)}", "not a comparison",
+        "E215", node.span, f"expected a comparison, found {describe_expression(node)}", "not a comparison",
         "compare a metric with a value: `expect rod.eta < 5 %`",
     )  # fmt: skip
 
@@ -252,9 +256,9 @@ def _compare(node: tree.Compare, evaluator: Evaluator) -> bool:
     values = [evaluator.quantity(operand) for operand in node.operands]
     for value, operand in zip(values[1:], node.operands[1:], strict=True):
         if value.dimension != values[0].dimension:
-            due, found = units.named(values[0].dimension), units.named(value.dimension)
+            due, found = units.dimension_name(values[0].dimension), units.dimension_name(value.dimension)
             named = values[0].dimension in units.NAMES  # of another, its name is its unit
-            given = f"{due} in {units.usual(values[0].dimension)}" if named else due
+            given = f"{due} in {units.usual_units(values[0].dimension)}" if named else due
             if values[0].dimension == units.NONE:
                 given = "one, or with a percentage"
             raise evaluator.place.fail(

@@ -1,6 +1,6 @@
-"""Evaluating expressions: numbers with dimensions, and vectors; selections.py has conditions on coordinates.
+"""Evaluation of expressions: numbers with dimensions, and vectors. For conditions see condition_syntax.py.
 
-Whatever cannot be evaluated puts one diagnostic into the list and raises Bad; the caller goes on with the
+An expression that cannot be evaluated adds one diagnostic to the list and raises EvaluationError; the caller continues with the
 next field.
 """
 
@@ -22,13 +22,13 @@ from softmark.interpreter.language.units import ANGLE, NONE, Dimension
 from softmark.records import dataclass
 
 
-class Bad(Exception):
-    """Something could not be evaluated; the diagnostic is already in the list."""
+class EvaluationError(Exception):
+    """An expression could not be evaluated; its diagnostic is already recorded."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number in SI. Not a number where the value is known only after a run (expectations)."""
+    """Number in SI with its dimension; NaN if the value is known only after a run (expectations)."""
 
     value: float
     dimension: Dimension
@@ -36,7 +36,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class VectorValue:
-    """Components in SI, of one dimension."""
+    """Components in SI with one dimension."""
 
     values: tuple[float, ...]
     dimension: Dimension
@@ -48,7 +48,7 @@ V = TypeVar("V", Quantity, VectorValue, Value)
 
 @dataclass
 class Place:
-    """Where the text being evaluated comes from, and the list that collects what is wrong with it."""
+    """Text that is being evaluated, and the list that collects its diagnostics."""
 
     source: Source
     diagnostics: list[Diagnostic]
@@ -56,12 +56,12 @@ class Place:
     def fail(
         self, code: str, span: Span, message: str, label: str = "", help: str | Remedy = "",
         also: tuple[Second, ...] = (),
-    ) -> Bad:  # fmt: skip
-        """Record an error; the caller raises what this returns."""
+    ) -> EvaluationError:  # fmt: skip
+        """Record an error and return it for the caller to raise."""
         remedy = remedied(help)
         found = Diagnostic(code, message, self.source, span, label, remedy.help, also=also, fix=remedy.fix)
         self.diagnostics.append(found)
-        return Bad(message)
+        return EvaluationError(message)
 
 
 # name: (function, dimension of its argument, None for any, and of its value, None for the argument's)
@@ -85,7 +85,7 @@ At = Callable[[tree.Name, tree.Expression, Quantity], Value]  # of the name befo
 
 @dataclass(frozen=True)
 class Evaluator:
-    """Evaluates expressions of one text; `lookup` resolves names and raises Bad where there is none."""
+    """Evaluates expressions of one text; `lookup` resolves names and raises EvaluationError for unknown ones."""
 
     place: Place
     lookup: Lookup
@@ -93,7 +93,7 @@ class Evaluator:
     at: At | None = None  # of expectations: what `model.metric.at(12.5 %)` comes to
 
     def quantity(self, node: tree.Expression) -> Quantity:
-        """A number with its dimension."""
+        """Evaluate an expression that must be a number, with its dimension."""
         value = self.value(node)
         if isinstance(value, Quantity):
             return value
@@ -101,7 +101,7 @@ class Evaluator:
                               "give one number; a vector has no order and no single value")  # fmt: skip
 
     def value(self, node: tree.Expression) -> Value:
-        """A number or a vector."""
+        """Evaluate an expression to a number or a vector."""
         match node:
             case tree.Number():
                 return self._number(node)
@@ -119,7 +119,9 @@ class Evaluator:
             case tree.Call():
                 return self._call(node)
         help = "a number may have a unit: `178 mm`, `2 * L + 5 mm`"
-        raise self.place.fail("E207", node.span, f"expected a number, found {describe(node)}", "not a number", help)
+        raise self.place.fail(
+            "E207", node.span, f"expected a number, found {describe_expression(node)}", "not a number", help
+        )
 
     def _name(self, node: tree.Name) -> Value:
         if node.text in CONSTANTS:
@@ -135,9 +137,9 @@ class Evaluator:
         return self.lookup(node)
 
     def measure(self, unit: tree.Unit) -> units.Measure:
-        """The unit's factor and dimension."""
+        """Return the factor and dimension of a unit."""
         try:
-            return units.parse(unit.text)
+            return units.parse_unit(unit.text)
         except units.UnitError as error:
             meant = error.mended(unit.text)
             remedy = Remedy(error.remedy, Fix(meant) if meant else None)
@@ -149,27 +151,27 @@ class Evaluator:
         return self._in_unit(Quantity(node.value, NONE), self.measure(node.unit), node.span)
 
     def _in_unit(self, plain: Quantity, measure: units.Measure, span: Span) -> Quantity:
-        """A plain number with a unit behind it."""
+        """Multiply a plain number by the unit that follows it."""
         value = self._finite(Quantity(plain.value * measure.factor, measure.dimension), span)
         return self._kept(value, plain.value != 0.0, span)
 
     def _finite(self, value: V, span: Span) -> V:
-        """The value itself, if double precision can hold it; the value of an expectation is not known yet."""
-        if any(map(math.isinf, components(value))):
+        """Return the value if double precision can hold it, or if it is not known yet (expectations)."""
+        if any(map(math.isinf, value_components(value))):
             raise self.place.fail("E219", span, "the number is too large", "numbers go up to 1.8e308")
         if any(abs(n) > HIGHEST for n in value.dimension):
             raise self.place.fail("E219", span, "the power of its unit is too large", f"powers go up to {HIGHEST}")
         return value
 
     def _kept(self, value: V, meant: bool, span: Span) -> V:
-        """The value itself, unless it became zero where it is not `meant` to be."""
-        if meant and not any(components(value)):
+        """Return the value unless it underflowed to zero; `meant` is true if zero is correct."""
+        if meant and not any(value_components(value)):
             raise self.place.fail("E219", span, "the number is too small", "numbers go down to 4.9e-324",
                                   "a zero that is meant is written `0`")  # fmt: skip
         return value
 
     def values(self, node: tree.List) -> VectorValue:
-        """The numbers of a list, of one dimension; it may have one item."""
+        """Return the numbers of a list of one dimension; it may have one item."""
         return self._vector(node)
 
     def _vector(self, node: tree.Vector | tree.List) -> VectorValue:
@@ -183,11 +185,11 @@ class Evaluator:
             ]
         for q, item in zip(items, node.items, strict=True):
             if q.dimension != items[0].dimension:
-                first, other = units.named(items[0].dimension), units.named(q.dimension)
+                first, other = units.dimension_name(items[0].dimension), units.dimension_name(q.dimension)
                 problem = f"the components of a vector differ in dimension: {first} and {other}"
-                help = quotient_warnings.remedy(item, self.place.source.text, q.dimension, items[0].dimension) or (
-                    "give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`"
-                )
+                help = quotient_warnings.suggest_quotient(
+                    item, self.place.source.text, q.dimension, items[0].dimension
+                ) or ("give each component a unit, `(L, 0 mm, 0 mm)`, or the vector one, `(0, 0, 1) mm`")
                 raise self.place.fail("E218", item.span, problem, other, help)
         return VectorValue(tuple(q.value for q in items), items[0].dimension if items else NONE)
 
@@ -196,7 +198,7 @@ class Evaluator:
         try:
             value = self._finite(self._combine(node, left, right), node.span)
             factors = {"*": (left, right), "/": (left,), "^": (left, right)}.get(node.operator, ())
-            return self._kept(value, bool(factors) and all(any(components(f)) for f in factors), node.span)
+            return self._kept(value, bool(factors) and all(any(value_components(f)) for f in factors), node.span)
         except ZeroDivisionError:
             raise self.place.fail("E219", node.span, "this divides by zero") from None
         except (OverflowError, ValueError):
@@ -205,22 +207,22 @@ class Evaluator:
     def _combine(self, node: tree.Binary, left: Value, right: Value) -> Value:
         a, b = left.dimension, right.dimension
         match node.operator:
-            case "+" | "-" if a == b and len(components(left)) == len(components(right)):
+            case "+" | "-" if a == b and len(value_components(left)) == len(value_components(right)):
                 sign = 1 if node.operator == "+" else -1
                 return _zip(left, right, sign)
             case "*" if isinstance(right, Quantity):
-                return _map(lambda c: c * right.value, left, units.times(a, b))
+                return _map(lambda c: c * right.value, left, units.multiply_dimensions(a, b))
             case "*" if isinstance(left, Quantity):
-                return _map(lambda c: c * left.value, right, units.times(a, b))
+                return _map(lambda c: c * left.value, right, units.multiply_dimensions(a, b))
             case "/" if isinstance(right, Quantity):
-                return _map(lambda c: c / right.value, left, units.times(a, b, -1))
+                return _map(lambda c: c / right.value, left, units.multiply_dimensions(a, b, -1))
             case "^" if isinstance(left, Quantity) and isinstance(right, Quantity) and b == NONE:
                 return self._power(node, left, right)
         raise self.unlike(node, left, right)
 
-    def unlike(self, node: tree.Binary, left: Value, right: Value) -> Bad:
-        """Record operands that do not go together."""
-        a, b = words(left), words(right)
+    def unlike(self, node: tree.Binary, left: Value, right: Value) -> EvaluationError:
+        """Record that the dimensions of two operands do not fit each other."""
+        a, b = describe_value(left), describe_value(right)
         sides = "both sides have the same dimension; a number without a unit is a plain number"
         problem, help = {
             "+": (f"cannot add {a} and {b}", sides),
@@ -241,7 +243,7 @@ class Evaluator:
             )  # fmt: skip
         if abs(n) > 99 and base.dimension != NONE:
             raise self.place.fail("E219", node.span, "the power is too large", "more than 99")
-        dimension = units.power(base.dimension, int(n)) if base.dimension != NONE else NONE
+        dimension = units.raise_dimension(base.dimension, int(n)) if base.dimension != NONE else NONE
         value = base.value**n
         if isinstance(value, complex):
             raise ValueError
@@ -249,7 +251,7 @@ class Evaluator:
 
     def _call(self, node: tree.Call) -> Value:
         name = node.function.text
-        owner = before_at(node) if self.at is not None else None
+        owner = metric_before_at(node) if self.at is not None else None
         self.callable(node, known=owner is not None)
         arguments = [self.quantity(a.value) for a in node.arguments]
         if owner is not None and self.at is not None and len(arguments) == 1:
@@ -261,7 +263,7 @@ class Evaluator:
         return self._finite(self._apply(node, name, arguments[0]), node.span)
 
     def callable(self, node: tree.Call, known: bool = False) -> None:
-        """Refuse a function that there is not, and one without plain values. Raises Bad."""
+        """Refuse an unknown function, and one that has no value at this place. Raises EvaluationError."""
         name = node.function.text
         if name not in FUNCTIONS and name not in SPECIAL and not known:
             raise self._unknown_function(node)
@@ -271,18 +273,18 @@ class Evaluator:
                                   f"write `{name}(a)`")  # fmt: skip
 
     def single(self, node: tree.Call) -> None:
-        """Refuse more than one value. Raises Bad."""
+        """Refuse more than one argument. Raises EvaluationError."""
         if len(node.arguments) != 1:
             name = node.function.text
             raise self.place.fail("E211", node.span, f"`{name}` takes one value, found {len(node.arguments)}",
                                   "too many values",
                                   f"write `{name}(a)`")  # fmt: skip
 
-    def _unknown_function(self, node: tree.Call) -> Bad:
+    def _unknown_function(self, node: tree.Call) -> EvaluationError:
         name, span, all_functions = node.function.text, node.function.span, [*FUNCTIONS, *SPECIAL]
         listed = "functions: " + ", ".join(all_functions)
         if kinds := [kind for kind, table in self.vocabulary.items() if name in table]:
-            found = f"{field_schema.article(kinds[0])} {kinds[0]}"
+            found = f"{field_schema.indefinite_article(kinds[0])} {kinds[0]}"
             if kinds[0] == "course":
                 listed = f"a load or a support takes it as a field of its own: `course = {name}(...)`"
             return self.place.fail("E203", span, f"`{name}(...)` makes {found}, not a number", found, listed)
@@ -291,11 +293,11 @@ class Evaluator:
         return self.place.fail("E203", span, f"there is no function `{name}`", "unknown function", hint)
 
     def alike(self, node: tree.Call, dimensions: Sequence[Dimension]) -> None:
-        """Refuse to compare values of several dimensions. Raises Bad."""
+        """Refuse to compare values of different dimensions. Raises EvaluationError."""
         due = dimensions[0]
         for dimension, argument in zip(dimensions, node.arguments, strict=True):
             if dimension != due:
-                one, other = units.named(due), units.named(dimension)
+                one, other = units.dimension_name(due), units.dimension_name(dimension)
                 raise self.place.fail("E218", argument.span,
                                       f"`{node.function.text}` cannot compare {one} with {other}",
                                       other,
@@ -305,19 +307,19 @@ class Evaluator:
         try:
             if name == "sqrt":
                 return self._square_root(q, node.arguments[0].span)
-            gives = self.gives(node, q.dimension)
+            gives = self.function_dimension(node, q.dimension)
             return Quantity(FUNCTIONS[name][0](q.value), gives)
         except (ValueError, OverflowError):
-            shown = units.show(q.value, q.dimension)
+            shown = units.format_value(q.value, q.dimension)
             raise self.place.fail("E219", node.span, f"`{name}` has no finite value for {shown}") from None
 
-    def gives(self, node: tree.Call, dimension: Dimension) -> Dimension:
-        """The dimension of one of FUNCTIONS of a value that has this one. Raises Bad."""
+    def function_dimension(self, node: tree.Call, dimension: Dimension) -> Dimension:
+        """Return the dimension of a function's result from that of its argument. Raises EvaluationError."""
         name = node.function.text
         _, takes, gives = FUNCTIONS[name]
         if takes is not None and dimension != takes:
-            found, due = units.named(dimension), units.named(takes)
-            remedy = f"give it in {units.usual(takes)}" if takes != NONE else "divide by a unit"
+            found, due = units.dimension_name(dimension), units.dimension_name(takes)
+            remedy = f"give it in {units.usual_units(takes)}" if takes != NONE else "divide by a unit"
             help = f"`{name}` takes {due}: {remedy}"
             raise self.place.fail("E204", node.arguments[0].span, f"expected {due}, found {found}", found, help)
         return dimension if gives is None else gives
@@ -326,24 +328,24 @@ class Evaluator:
         return Quantity(math.sqrt(q.value), self.halved(q.dimension, span))
 
     def halved(self, dimension: Dimension, span: Span) -> Dimension:
-        """The dimension of a square root."""
+        """Return the dimension of a square root."""
         if any(n % 2 for n in dimension):
-            what = units.named(dimension)
+            what = units.dimension_name(dimension)
             raise self.place.fail("E218", span, f"the square root of {what} has no whole unit", what,
                                   "take the root of a product of even powers, such as an area")  # fmt: skip
         return tuple(n // 2 for n in dimension)  # type: ignore[return-value]
 
 
-def before_at(node: tree.Call) -> tree.Name | None:
-    """`rod.eta` of `rod.eta.at(12.5 %)`; None of any other call."""
+def metric_before_at(node: tree.Call) -> tree.Name | None:
+    """Return `rod.eta` of `rod.eta.at(12.5 %)`, or None for any other call."""
     parts, span = node.function.parts, node.function.span
     if len(parts) < 2 or parts[-1] != "at":
         return None
     return tree.Name(parts[:-1], replace(span, end=span.end - 3, end_column=span.end_column - 3))
 
 
-def describe(node: tree.Expression) -> str:
-    """What stands there, in words: `a number`, `a text`, `a list`."""
+def describe_expression(node: tree.Expression) -> str:
+    """Return the form of an expression in words: `a number`, `a text`, `a list`."""
     match node:
         case tree.Call():
             return f"`{node.function.text}(...)`"
@@ -362,18 +364,18 @@ _DESCRIBED: dict[type[object], str] = {
 }  # fmt: skip
 
 
-def words(value: Value) -> str:
-    """`a length`, `a vector of lengths`: what a value is, for messages."""
-    one = units.named(value.dimension)
+def describe_value(value: Value) -> str:
+    """Return the dimension of a value in words, for messages: `a length`, `a vector of lengths`."""
+    one = units.dimension_name(value.dimension)
     if isinstance(value, Quantity):
         return one
     plural = {"a plain number": "plain numbers"}.get(one) or f"{one.split(' ', 1)[1]}s"
     simple = re.fullmatch(r"[a-z ]+", plural) and " or " not in plural and " per " not in plural
-    return f"a vector of {plural}" if simple else f"a vector in {units.si(value.dimension)}"
+    return f"a vector of {plural}" if simple else f"a vector in {units.si_unit(value.dimension)}"
 
 
-def components(value: Value) -> tuple[float, ...]:
-    """The numbers of a value, in SI."""
+def value_components(value: Value) -> tuple[float, ...]:
+    """Return the numbers of a value, in SI."""
     return (value.value,) if isinstance(value, Quantity) else value.values
 
 
@@ -386,4 +388,6 @@ def _map(f: Callable[[float], float], value: Value, dimension: Dimension) -> Val
 def _zip(a: Value, b: Value, sign: int) -> Value:
     if isinstance(a, Quantity) and isinstance(b, Quantity):
         return Quantity(a.value + sign * b.value, a.dimension)
-    return VectorValue(tuple(x + sign * y for x, y in zip(components(a), components(b), strict=True)), a.dimension)
+    return VectorValue(
+        tuple(x + sign * y for x, y in zip(value_components(a), value_components(b), strict=True)), a.dimension
+    )

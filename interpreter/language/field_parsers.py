@@ -1,6 +1,6 @@
-"""Fields whose values are read by functions of their own: amounts, several texts, lists, what is varied.
+"""Parsers of the fields with their own syntax: amounts, lists of texts, points or vectors, sweep targets.
 
-And what the values of a call are together: objects that refuse them, and fields of which one is to be given.
+Also checks of a whole call: values that do not fit together, and alternatives of which exactly one must be given.
 """
 
 from __future__ import annotations
@@ -11,9 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language import sweep_values, units
-from softmark.interpreter.language.compiled_scene import rigid
+from softmark.interpreter.language.compiled_scene import is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
-from softmark.interpreter.language.expression_evaluation import COORDINATES, Bad, Place, Quantity, VectorValue, describe
+from softmark.interpreter.language.expression_evaluation import (
+    COORDINATES,
+    EvaluationError,
+    Place,
+    Quantity,
+    VectorValue,
+    describe_expression,
+)
 from softmark.interpreter.language.field_schema import Constructor, Field
 from softmark.ranges import Unfit
 from softmark.records import dataclass
@@ -24,8 +31,8 @@ if TYPE_CHECKING:
 Read = Callable[["Binder", Field, tree.Expression, Place], Any]
 
 
-def amount(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Quantity:
-    """A quantity of any dimension: what it must be, others decide. Raises Bad."""
+def parse_amount(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Quantity:
+    """Parse a quantity of any dimension; validation checks the dimension later. Raises EvaluationError."""
     if isinstance(node, tree.String | tree.List | tree.Compare | tree.Vector):
         raise binder.wrong(field, node, place)
     value = binder.compiler.scope.evaluator(binder.module, place).value(node)
@@ -35,31 +42,31 @@ def amount(binder: Binder, field: Field, node: tree.Expression, place: Place) ->
     return value
 
 
-def amounts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> VectorValue:
-    """One amount, or several of one dimension in a list. Raises Bad."""
+def parse_amounts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> VectorValue:
+    """Parse one amount, or a list of amounts of one dimension. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list", dimension=None), node, place)
         if not found.values:
             raise binder.wrong(field, node, place)
         return found
-    one = amount(binder, field, node, place)
+    one = parse_amount(binder, field, node, place)
     return VectorValue((one.value,), one.dimension)
 
 
-def files(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
-    """One file or several. Raises Bad."""
+def parse_files(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+    """Parse one file name or a list of them. Raises EvaluationError."""
     one = replace(field, form="file")
-    return tuple(binder.value(one, item, place) for item in _several(binder, field, node, place))
+    return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
-def texts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
-    """One text or several. Raises Bad."""
+def parse_texts(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[str, ...]:
+    """Parse one text or a list of them. Raises EvaluationError."""
     one = replace(field, form="text")
-    return tuple(binder.value(one, item, place) for item in _several(binder, field, node, place))
+    return tuple(binder.value(one, item, place) for item in _parse_items(binder, field, node, place))
 
 
-def points(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, float], ...]:
-    """Points of a plane; the unit of the list holds for each that has none. Raises Bad."""
+def parse_points(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, float], ...]:
+    """Parse points of a plane; the unit of the list applies to each point without its own. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         raise binder.wrong(field, node, place)
     return tuple(_point(binder, field, item, node.unit, place) for item in node.items)
@@ -73,7 +80,7 @@ def _point(
         raise binder.wrong(field, item, place)
     value = binder.compiler.scope.evaluator(binder.module, place).value(item)
     if not isinstance(value, VectorValue) or len(value.values) != 2:
-        found = f"{len(value.values)} coordinates" if isinstance(value, VectorValue) else describe(item)
+        found = f"{len(value.values)} coordinates" if isinstance(value, VectorValue) else describe_expression(item)
         raise place.fail("E207", item.span, f"expected a point of two coordinates, found {found}",
                          "not a point of a plane", field.meaning)  # fmt: skip
     binder.dimension(field, item, place, value)
@@ -82,8 +89,8 @@ def _point(
     return value.values[0], value.values[1]
 
 
-def _several(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Sequence[tree.Expression]:
-    """One, or those of a list without a unit that is not empty; nothing stands there twice. Raises Bad."""
+def _parse_items(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Sequence[tree.Expression]:
+    """Return one item, or the items of a nonempty list without unit and without duplicates. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         return (node,)
     if node.unit is not None or not node.items:
@@ -97,8 +104,8 @@ def _several(binder: Binder, field: Field, node: tree.Expression, place: Place) 
     return node.items
 
 
-def vectors(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, ...], ...]:
-    """Vectors in a list; the unit behind its bracket is that of all components without one. Raises Bad."""
+def parse_vectors(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[float, ...], ...]:
+    """Parse a list of vectors; the unit behind its bracket applies to all components without one. Raises EvaluationError."""
     if not isinstance(node, tree.List) or not node.items:
         raise binder.wrong(field, node, place)
     one = replace(field, form="vector")
@@ -109,8 +116,10 @@ def _in_unit(item: tree.Expression, unit: tree.Unit | None) -> tree.Expression:
     return replace(item, unit=unit) if isinstance(item, tree.Vector) and item.unit is None else item
 
 
-def pairs(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[tuple[int, int], ...]:
-    """Pairs of whole numbers in a list. Raises Bad."""
+def parse_integer_pairs(
+    binder: Binder, field: Field, node: tree.Expression, place: Place
+) -> tuple[tuple[int, int], ...]:
+    """Parse a list of pairs of whole numbers. Raises EvaluationError."""
     if not isinstance(node, tree.List) or node.unit is not None or not node.items:
         raise binder.wrong(field, node, place)
     one, found = replace(field, form="integer"), []
@@ -122,8 +131,8 @@ def pairs(binder: Binder, field: Field, node: tree.Expression, place: Place) -> 
     return tuple(found)
 
 
-def each(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
-    """One quantity, or several in a list. Raises Bad."""
+def parse_quantities(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[float, ...]:
+    """Parse one quantity, or a list of them. Raises EvaluationError."""
     if isinstance(node, tree.List):
         found: VectorValue = binder.value(replace(field, form="list"), node, place)
         if not found.values:
@@ -133,30 +142,30 @@ def each(binder: Binder, field: Field, node: tree.Expression, place: Place) -> t
 
 
 @dataclass(frozen=True)
-class FieldsOf:
-    """What of the expressions of a declaration is read from files."""
+class DataFieldFinder:
+    """Finds the data fields (read from files) in the expressions of a declaration."""
 
     binder: Binder
     place: Place
 
     def vary(self, node: tree.Expression) -> bool:
-        """Whether coordinates or fields enter an expression."""
+        """Return whether coordinates or data fields occur in an expression."""
         parts = (part for part, _ in tree.walk(node))
         return any(self.known(part) or (isinstance(part, tree.Name) and part.text in COORDINATES) for part in parts)
 
     def known(self, part: tree.Expression | tree.Argument) -> bool:
-        """Whether it is a field: a call that makes one, or the name of one that is declared."""
+        """Return whether a part is a data field: a call that makes one, or the name of a declared one."""
         if isinstance(part, tree.Call):
             return part.function.text in self.binder.vocabulary.get("field", {})
         return isinstance(part, tree.Name) and self.names(part, "field")
 
     def names(self, part: tree.Name, kind: str) -> bool:
-        """Whether it is the name of a declaration of a kind."""
+        """Return whether a name is that of a declaration of a kind."""
         symbol = self.binder.compiler.table.symbols.get(self.binder.module.prefix + part.text)
         return symbol is not None and isinstance(symbol.node, tree.Declare) and symbol.node.kind == kind
 
     def made(self, part: tree.Expression) -> Any:
-        """The field itself. Raises Bad."""
+        """Return the data field object. Raises EvaluationError."""
         if isinstance(part, tree.Call):
             return self.binder.call("field", part, outermost=False)[1]
         if not isinstance(part, tree.Name):
@@ -164,21 +173,21 @@ class FieldsOf:
         return self.binder.compiler.named(part, "field", self.binder.module, self.place).thing
 
 
-def profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
-    """A constant that varies in space, None of one that does not. Raises Bad."""
-    fields = FieldsOf(binder, place)
+def parse_profile(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
+    """Parse a constant that varies in space; return None if it does not vary. Raises EvaluationError."""
+    fields = DataFieldFinder(binder, place)
     if not fields.vary(node):
         return None
     from softmark.interpreter.language import profile_syntax  # of no scene whose constants are numbers
 
-    found = profile_syntax.profile(node, binder.compiler.scope.evaluator(binder.module, place), fields, field)
+    found = profile_syntax.read_profile(node, binder.compiler.scope.evaluator(binder.module, place), fields, field)
     binder.dimension(field, node, place, VectorValue((), found.dimension))
     return found
 
 
-def fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
-    """A direction, three expressions of the coordinates that make one, or a rule. Raises Bad."""
-    declared = FieldsOf(binder, place)
+def parse_fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) -> Any:
+    """Parse a fibre direction: a vector, three expressions of the coordinates, or a rule. Raises EvaluationError."""
+    declared = DataFieldFinder(binder, place)
     if isinstance(node, tree.Call) or (isinstance(node, tree.Name) and declared.names(node, "fibres")):
         return binder.value(replace(field, form="value"), node, place)
     if not (isinstance(node, tree.Vector) and declared.vary(node)):
@@ -186,41 +195,41 @@ def fibres(binder: Binder, field: Field, node: tree.Expression, place: Place) ->
     if len(node.items) != 3 or node.unit is not None:
         raise binder.wrong(field, node, place)
     from softmark.interpreter.language import profile_syntax
-    from softmark.interpreter.language.spatial_profiles import Streams
+    from softmark.interpreter.language.spatial_profiles import DirectionProfile
 
     evaluator = binder.compiler.scope.evaluator(binder.module, place)
-    parts = [profile_syntax.profile(item, evaluator, declared, field) for item in node.items]
+    parts = [profile_syntax.read_profile(item, evaluator, declared, field) for item in node.items]
     for item, part in zip(node.items[1:], parts[1:], strict=True):
         if part.dimension != parts[0].dimension:
             raise place.fail("E204", item.span, "the components of a direction are of one dimension",
-                             f"not {units.named(parts[0].dimension)}", "write zero with its unit: `(-y, x, 0 mm)`"
+                             f"not {units.dimension_name(parts[0].dimension)}", "write zero with its unit: `(-y, x, 0 mm)`"
                              )  # fmt: skip
-    return Streams((parts[0], parts[1], parts[2]))
+    return DirectionProfile((parts[0], parts[1], parts[2]))
 
 
 FORMS: Mapping[str, Read] = {
-    "amount": amount,
-    "amounts": amounts,
-    "files": files,
-    "texts": texts,
-    "points": points,
-    "target": sweep_values.target,
-    "targets": sweep_values.targets,
-    "variants": sweep_values.variants,
-    "vectors": vectors,
-    "pairs": pairs,
-    "each": each,
-    "fibres": fibres,
+    "amount": parse_amount,
+    "amounts": parse_amounts,
+    "files": parse_files,
+    "texts": parse_texts,
+    "points": parse_points,
+    "target": sweep_values.read_sweep_target,
+    "targets": sweep_values.read_sweep_targets,
+    "variants": sweep_values.read_variants,
+    "vectors": parse_vectors,
+    "pairs": parse_integer_pairs,
+    "each": parse_quantities,
+    "fibres": parse_fibres,
 }
 
 
 # ------------------------------------------------------------------ together
 
 
-def made(
+def create_object(
     binder: Binder, constructor: Constructor, values: Mapping[str, Any], bound: Mapping[str, Bound], node: tree.Call
 ) -> Any:
-    """The object. Raises Bad where its values do not go together."""
+    """Create the object of a call. Raises EvaluationError if its values do not fit together."""
     try:
         return constructor.cls(**values)
     except Unfit as wrong:
@@ -228,8 +237,8 @@ def made(
         raise place.fail("E352", value.span, wrong.problem, wrong.short, wrong.remedy) from None
 
 
-def either(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
-    """Report fields of which one is to be given, where none is or more; whether there are any."""
+def check_alternatives(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound], node: tree.Call) -> bool:
+    """Report alternative fields of which none or several are given; return whether any were reported."""
     broken = False
     for names in getattr(constructor.cls, "either", ()):
         given = [name for name in names if name in bound]
@@ -246,13 +255,13 @@ def either(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound],
     return broken
 
 
-def whole(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound]) -> dict[str, Any]:
-    """The fields that a support of a rigid body need not be given: there is no part of it to select."""
+def default_selection(binder: Binder, constructor: Constructor, bound: Mapping[str, Bound]) -> dict[str, Any]:
+    """Return default values for the selection of a support that acts on a rigid body, which has no parts to select."""
     given = bound.get("body")
     if constructor.kind != "support" or given is None or "where" in bound or not isinstance(given[0], tree.Name):
         return {}
     try:
-        known = rigid(binder.compiler.named(given[0], "body", binder.module, given[1]))
-    except Bad:
+        known = is_rigid(binder.compiler.named(given[0], "body", binder.module, given[1]))
+    except EvaluationError:
         known = True  # of one that is wrong itself no more is said
     return {"where": EVERYWHERE} if known else {}

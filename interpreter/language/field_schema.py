@@ -1,8 +1,8 @@
-"""The vocabulary: what each constructor of the language is called, and what its fields may hold.
+"""Vocabulary: names of the constructors of the language, and the values that their fields accept.
 
-Nothing is written twice: a constructor is a frozen dataclass, registered in the table of its package, whose
-annotations `Annotated[type, "UNIT in RANGE" or "KIND", "meaning"]` say all that checking, `dsl explain`,
-completion and the report need. To add a constructor: one class, one line in the table of its package.
+A constructor is a frozen dataclass, registered in the table of its package. Its annotations
+`Annotated[type, "UNIT in RANGE" or "KIND", "meaning"]` serve checking, `dsl explain`, completion and the report.
+To add a constructor: write one class and one line in the table of its package.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ Form = Literal[
 
 @dataclass(frozen=True)
 class Interval(Range):
-    """A range in SI, and how it is told."""
+    """Range in SI, with its text for messages."""
 
     def words(self, dimension: Dimension) -> str:
-        """`greater than 0`, `between -1 and 0.5 (exclusive)`."""
+        """Return the range in words: `greater than 0`, `between -1 and 0.5 (exclusive)`."""
         low, high = (_bound(v, dimension) for v in (self.low, self.high))
         if self.high == float("inf"):
             return f"{'greater than' if self.low_open else 'at least'} {low}"
@@ -67,12 +67,12 @@ class Interval(Range):
 
 
 def _bound(value: float, dimension: Dimension) -> str:
-    return "0" if value == 0 else units.show(value, dimension)
+    return "0" if value == 0 else units.format_value(value, dimension)
 
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a constructor, as the language sees it."""
+    """One field of a constructor: its name, form, range, default and meaning."""
 
     name: str  # as scenes write it
     attribute: str  # as Python has it: `from_` for `from`
@@ -90,24 +90,24 @@ class Field:
 
     @property
     def expected(self) -> str:
-        """What may stand here, for messages: `a pressure`, `small, corotational or finite`."""
+        """Accepted values in words, for messages: `a pressure`, `small, corotational or finite`."""
         if self.form in ("quantity", "vector") and self.dimension is not None:
-            one = units.named(self.dimension)
+            one = units.dimension_name(self.dimension)
             return one if self.form == "quantity" else f"three components, each {one}"
         if self.form == "list" and self.dimension == units.NONE:
             return "a list of plain numbers such as `[5, 12.5, 18.25] %`"
         if self.form == "list" and self.dimension not in (None, units.LENGTH):
-            return f"a list of values such as `[1, 10] {units.si(self.dimension or units.NONE)}`"
+            return f"a list of values such as `[1, 10] {units.si_unit(self.dimension or units.NONE)}`"
         if self.form == "choice":
             *others, last = self.options
             return f"{', '.join(others)} or {last}" if others else last
         if self.form == "names":
             return f"a list of {plural(self.kind)} such as `[a, b]`"
-        return _EXPECTED.get(self.form) or f"{article(self.kind)} {self.kind}"
+        return _EXPECTED.get(self.form) or f"{indefinite_article(self.kind)} {self.kind}"
 
     @property
     def meaning(self) -> str:
-        """The field and what it stands for, for messages."""
+        """Name and meaning of the field, for messages."""
         joint = " is" if re.match(r"(the|whether|how|which|where|what|[A-Z]\S*) ", self.doc) else ":"
         return f"`{self.name}`{joint} {self.doc}"
 
@@ -136,13 +136,13 @@ _EXPECTED = {
 }
 
 
-def article(word: str) -> str:
-    """`a` or `an`."""
+def indefinite_article(word: str) -> str:
+    """Return the word's indefinite article, `a` or `an`."""
     return "an" if word[:1] in "aeiou" else "a"
 
 
 def plural(kind: str) -> str:
-    """`materials`, `bodies`, `analyses`."""
+    """Return the plural of a kind: `materials`, `bodies`, `analyses`."""
     return _PLURALS.get(kind, f"{kind}s")
 
 
@@ -152,15 +152,15 @@ _PLURALS = {
 }  # fmt: skip
 
 
-def listed(names: Sequence[str], most: int = 12) -> str:
-    """Names for a message, which says how many more there are."""
+def join_names(names: Sequence[str], most: int = 12) -> str:
+    """Join names for a message; after `most` names, give only the number of the others."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 
 
 @dataclass(frozen=True)
 class Constructor:
-    """A word of the vocabulary: its class, its kind and its fields in order."""
+    """A constructor of the vocabulary: its class, its kind and its fields in order."""
 
     name: str
     kind: str
@@ -169,11 +169,11 @@ class Constructor:
 
     @property
     def summary(self) -> str:
-        """The first line of the class's documentation."""
+        """First line of the class's docstring."""
         return (self.cls.__doc__ or "").strip().split("\n")[0]
 
     def field(self, name: str) -> Field | None:
-        """The field that scenes call `name`."""
+        """Return the field that scenes call `name`, or None."""
         return self._named.get(name)
 
     @cached_property
@@ -185,11 +185,12 @@ REMEDY = "mend the plugin; `dsl conformance` tries all of it"
 
 
 class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
-    """Kind of declaration -> constructors: all that a scene can declare; a table is imported when it is asked for.
+    """All constructors by kind of declaration; the table of a kind is imported on first use.
 
-    `places`: of each kind the module under `softmark` and the name of its table there, in the order in which
-    `dsl list` shows them. `elements`: the same of the constructors that take no arguments and stand as bare words.
-    `plugins` have further words, which stand behind ours.
+    `places` has for each kind the module under `softmark` and the name of its table, in the order in which `dsl list`
+    shows
+    them. `elements` has the same for constructors without arguments, written as bare words. Constructors of `plugins`
+    follow ours.
     """
 
     def __init__(
@@ -202,7 +203,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return Vocabulary, (self._places, self._elements, self.plugins)
 
     def plus(self, plugin: Plugin) -> Vocabulary:
-        """The same with the words of a plugin."""
+        """Return the vocabulary extended by a plugin."""
         return Vocabulary(self._places, self._elements, (*self.plugins, plugin))
 
     def __getitem__(self, kind: str) -> Mapping[str, type[Any]]:
@@ -222,11 +223,11 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return len(self._places)
 
     def words(self) -> Mapping[str, type[Any]]:
-        """Constructors that take no arguments and stand as bare words: the elements."""
+        """Constructors without arguments, written as bare words: the elements."""
         return _table(*self._elements)
 
     def constructor(self, kind: str, name: str) -> Constructor | None:
-        """The constructor `name` of a kind, or None."""
+        """Return the constructor `name` of a kind, or None."""
         if (kind, name) not in self._made:
             cls = self.get(kind, {}).get(name)
             made = None if cls is None else Constructor(name, kind, cls, self._chosen(kind, name, cls))
@@ -234,7 +235,7 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return self._made[kind, name]
 
     def _chosen(self, kind: str, name: str, cls: type[Any]) -> tuple[Field, ...]:
-        """The fields of a word, with the choices that plugins add to them."""
+        """Return the fields of a constructor, with the choices that plugins add to them."""
         found = _fields(cls)
         for plugin in self.plugins:
             more = {f: o for (k, n, f), o in plugin.choices.items() if (k, n) == (kind, name)}
@@ -243,11 +244,11 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         return found
 
     def owner(self, kind: str, name: str) -> Plugin | None:
-        """The plugin whose word this is, None of one of ours."""
+        """Return the plugin that defines this constructor, or None for one of ours."""
         return next((p for p in self.plugins if name in p.words.get(kind, ())), None)
 
     def broken(self, kind: str, name: str) -> tuple[str, str, str] | None:
-        """Why a word of a plugin cannot be used: message, label and help; also where it may be one. None of others."""
+        """Return message, label and help if a name belongs, or may belong, to a broken plugin; otherwise None."""
         for plugin in self.plugins:
             if (why := plugin.broken.get((kind, name))) is not None:
                 message = f"`{name}` is a word of the plugin `{plugin.name}`, which is broken: {why}"
@@ -256,10 +257,10 @@ class Vocabulary(Mapping[str, Mapping[str, type[Any]]]):
         if unread is None:
             return None
         message = f"there is no {kind} `{name}`, unless the plugin `{unread.name}` has it: {unread.unread}"
-        return message, f"not {article(kind)} {kind}", REMEDY
+        return message, f"not {indefinite_article(kind)} {kind}", REMEDY
 
     def find(self, name: str) -> list[Constructor]:
-        """Every constructor with this name, whatever its kind."""
+        """Return the constructors of every kind with this name."""
         found = (self.constructor(kind, name) for kind in self)
         return [c for c in found if c is not None]
 
@@ -289,7 +290,7 @@ def _field(f: dataclasses.Field[Any], hint: Any, varies: bool) -> Field:
 
 
 def _shape(base: Any, spec: str) -> dict[str, Any]:
-    """The form of a field from its type and its specification."""
+    """Return the form of a field from its type and its specification."""
     if get_origin(base) is Literal:
         return {"form": "choice", "options": get_args(base)}
     if base is bool:
@@ -322,11 +323,11 @@ def _shape(base: Any, spec: str) -> dict[str, Any]:
     if form in ("points", "vectors", "pairs", "each"):
         return {
             "form": form,
-            "dimension": units.parse(unit.split(" in ")[0]).dimension,
+            "dimension": units.parse_unit(unit.split(" in ")[0]).dimension,
             "interval": Interval.read(unit),
         }
     listed, spec = spec.startswith("values of "), spec.removeprefix("values of ")
     unit = spec.split(" in ")[0]
     vector = tuple in (get_origin(base), *(get_origin(part) for part in get_args(base)))
     form = "list" if listed else "vector" if vector else "quantity"
-    return {"form": form, "dimension": units.parse(unit).dimension, "interval": Interval.read(spec)}
+    return {"form": form, "dimension": units.parse_unit(unit).dimension, "interval": Interval.read(spec)}

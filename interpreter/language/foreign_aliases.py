@@ -1,4 +1,4 @@
-"""What other programs call our fields, choices and constructors: suggested where they stand, never accepted."""
+"""Names that other programs use for our fields, choices and constructors: suggested in messages, never accepted."""
 
 from __future__ import annotations
 

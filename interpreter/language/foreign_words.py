@@ -1,8 +1,8 @@
-"""Words of mechanics, of medicine, of pictures and of other programs that are no words here, and what is nearest.
+"""Words of mechanics, medicine, imaging and other programs that the language lacks, with the nearest alternative.
 
-They are whole words, and no slips of the finger: `reaction` is never taken for `traction`, nor `cable` for `table`.
-`foreign_words.txt` has what is said, and indented below it the words that it is said of. A word that means exactly what
-one of ours does is in `aliases`. To add one: the word, below its line. Case, underscores and a plural's s do not count.
+Whole words are looked up before spelling is corrected: `reaction` is never read as `traction`, nor `cable` as `table`.
+`foreign_words.txt` has each explanation with its words indented below it. A word with exactly our meaning belongs in
+`foreign_aliases`. To add a word: write it below its explanation. Case, underscores and a plural s do not count.
 """
 
 from __future__ import annotations
@@ -16,36 +16,36 @@ from softmark.grammar.name_suggestions import nearest
 TABLE = Path(__file__).with_name("foreign_words.txt")
 
 
-def meaning(word: str) -> str | None:
-    """What is nearest in meaning to a word of elsewhere, as a clause; None of any other word."""
-    name = key(word)
-    return meanings().get(name) or (meanings().get(name[:-1]) if name.endswith("s") else None)
+def explain_foreign_word(word: str) -> str | None:
+    """Return the explanation of a foreign word as a clause, or None for any other word."""
+    name = normalize_word(word)
+    return load_foreign_words().get(name) or (load_foreign_words().get(name[:-1]) if name.endswith("s") else None)
 
 
-def slip(word: str, candidates: Iterable[str]) -> str | None:
-    """The one of several words of the language that a slip of the finger made this of; None of a word of elsewhere.
+def find_misspelling(word: str, candidates: Iterable[str]) -> str | None:
+    """Return the candidate of which a word is a misspelling, or None; foreign words are not misspellings.
 
-    Words of three letters are all near one another: of these two letters are swapped, or large.
+    Words of three letters are all similar, so only a swap of two letters or a change of case counts for them.
     """
     close = nearest(word, candidates)
-    if close is None or key(word) == key(close):
+    if close is None or normalize_word(word) == normalize_word(close):
         return close
     short = len(word) < 4 and sorted(word.lower()) != sorted(close.lower())
-    return None if short or meaning(word) else close
+    return None if short or explain_foreign_word(word) else close
 
 
 @cache
-def meanings() -> dict[str, str]:
-    """What is said of each word, by its `key`."""
+def load_foreign_words() -> dict[str, str]:
+    """Return the explanation of each foreign word, by its `key`."""
     found, said = {}, ""
     for line in TABLE.read_text(encoding="utf-8").splitlines():
         if not line.startswith(" "):
             said = line
         else:
-            found.update({key(word): said for word in line.split()})
+            found.update({normalize_word(word): said for word in line.split()})
     return found
 
 
-def key(word: str) -> str:
-    """A word as it is looked up: case and underscores do not count."""
+def normalize_word(word: str) -> str:
+    """Return a word in the form used for look-up: case and underscores do not count."""
     return word.lower().replace("_", "").replace("-", "")

@@ -1,4 +1,4 @@
-"""What is said of a place in a scene: the one builder of messages for all that have found what they speak of."""
+"""Builder of diagnostics at a location of a scene."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ FAR = 200  # characters before a value in which its name stands
 def diagnostic(
     code: str, at: Location, message: str, label: str = "", help: str | Remedy = "", notes: tuple[str, ...] = ()
 ) -> Diagnostic:
-    """A message at a place: `label` stands under it, `help` says what to do, `notes` what else there is to know."""
+    """Build a diagnostic at a location: `label` is printed below the text, `help` is the remedy, `notes` add facts."""
     remedy = remedied(help)
-    fix = remedy.fix or (without(at) if remedy.help.startswith(LEAVE_OUT) else None)
+    fix = remedy.fix or (remove_argument(at) if remedy.help.startswith(LEAVE_OUT) else None)
     return Diagnostic(code, message, at.source, at.span, label, remedy.help, notes, fix=fix)
 
 
-def without(at: Location) -> Fix | None:
-    """What takes the argument away whose value stands at a place, with a comma; None where it has no name."""
+def remove_argument(at: Location) -> Fix | None:
+    """Return the fix that removes the argument whose value is at a location, with its comma; None if it has no name."""
     text, span = at.source.text, at.span
     named = _BEFORE.search(text[max(0, span.start - FAR) : span.start])
     if named is None:

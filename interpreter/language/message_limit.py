@@ -1,4 +1,4 @@
-"""What is wrong with a scene, up to a number: a text of a million errors is not worth a million messages."""
+"""Limit on the number of diagnostics of a scene."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ from softmark.grammar.diagnostic import Diagnostic
 MOST = 100  # errors, or warnings, that are shown of one scene
 
 
-class Full(Exception):
-    """Enough is known to be wrong: whoever appends gives up, `Ledger.bounded` goes on."""
+class DiagnosticLimitReached(Exception):
+    """The maximum number of diagnostics is reached: raised by `append`, caught by `bounded`."""
 
 
-class Ledger(list[Diagnostic]):
-    """A list of diagnostics that raises Full once it holds MOST of them."""
+class BoundedDiagnostics(list[Diagnostic]):
+    """List of diagnostics that raises DiagnosticLimitReached once it holds MOST of them."""
 
     def append(self, diagnostic: Diagnostic, /) -> None:
-        """Record one more. Raises Full, the last one recorded."""
+        """Record one diagnostic. Raises DiagnosticLimitReached after recording the last one allowed."""
         super().append(diagnostic)
         if self.full:
-            raise Full
+            raise DiagnosticLimitReached
 
     def extend(self, diagnostics: Iterable[Diagnostic], /) -> None:
-        """Record several. Raises Full."""
+        """Record several diagnostics. Raises DiagnosticLimitReached."""
         for diagnostic in diagnostics:
             self.append(diagnostic)
 
     @contextmanager
     def bounded(self) -> Iterator[None]:
-        """Do what is inside until the ledger is full; see `full` first where it may be so already."""
+        """Run the block until the list is full; check `full` first if it may be full already."""
         try:
             yield
-        except Full:
+        except DiagnosticLimitReached:
             return
 
     @property
     def full(self) -> bool:
-        """Whether nothing more is looked for."""
+        """True if no more diagnostics are collected."""
         return len(self) >= MOST
 
     def closed(self) -> list[Diagnostic]:
-        """What was found, each once: a scene that is used twice is complained about once."""
-        found = together(dict.fromkeys(self))
+        """Return the diagnostics without duplicates, which arise if a scene is used twice."""
+        found = merge_repeated(dict.fromkeys(self))
         if not self.full:
             return found
         last, problem = found[-1], f"there may be more errors: after {MOST} no more are looked for"
@@ -52,8 +52,8 @@ class Ledger(list[Diagnostic]):
         return [*found, Diagnostic("E131", problem, last.source, last.span, "the last one looked at", help)]
 
 
-def together(found: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Errors that say the same of one parameter wherever it is used are one, at the first of these places."""
+def merge_repeated(found: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Merge errors that have the same message about one parameter into one, at its first place."""
     first: dict[object, list[Diagnostic]] = {}
     for d in found:
         first.setdefault((d.code, d.message, d.source, d.also) if d.also else d, []).append(d)
@@ -68,13 +68,13 @@ def _one(group: list[Diagnostic]) -> Diagnostic:
     return replace(group[0], notes=(*group[0].notes, said))
 
 
-def shortened(found: list[Diagnostic]) -> list[Diagnostic]:
-    """The first of many errors of a scene, or if it has none its first warnings and how many there are."""
+def shorten(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Return the first of many errors or, if there are none, the first warnings and the number of the others."""
     errors = [d for d in found if d.severity == "error"]
     if len(found) <= MOST:
         return found
     if errors:
-        ledger = Ledger()
+        ledger = BoundedDiagnostics()
         with ledger.bounded():
             ledger.extend(errors)
         return ledger.closed()

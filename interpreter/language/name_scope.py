@@ -1,4 +1,4 @@
-"""What names stand for: parameters with their values, declarations, and what is said of all other names."""
+"""Name resolution: parameters with their values, declarations, and messages about unknown names."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Remedy, did_you_mean
 from softmark.grammar.name_suggestions import nearest
 from softmark.interpreter.language import field_schema, units
-from softmark.interpreter.language.compiled_scene import Made, Parameter
-from softmark.interpreter.language.expression_evaluation import COORDINATES, Bad, Evaluator, Place, Value
+from softmark.interpreter.language.compiled_scene import Parameter, ReusableParts
+from softmark.interpreter.language.expression_evaluation import COORDINATES, EvaluationError, Evaluator, Place, Value
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language.scene_sources import Module, ModuleTable, Symbol
 
@@ -21,20 +21,20 @@ MOST_HINTS = 50  # unknown names of a scene that are looked into
 
 @dataclass
 class Scope:
-    """All names of a scene; `parameters` are filled in before anything else is looked up."""
+    """All names of a scene; `parameters` must be evaluated before any other name is looked up."""
 
     table: ModuleTable
     parameters: dict[str, Parameter | None] = field(default_factory=dict)  # None: in error
     used: set[str] = field(default_factory=set)  # full names that something refers to
     needs: dict[str, frozenset[str]] = field(default_factory=dict)  # by name, those that its own text mentions
-    known: Made | None = None  # what was made of the same texts before, with other overrides
+    known: ReusableParts | None = None  # what was made of the same texts before, with other overrides
     touched: frozenset[str] = frozenset()  # of what was made, what means something else now: it is overridden
     _hints: int = 0  # unknown names so far
     _mentioned: set[str] = field(default_factory=set)  # by what is being evaluated
 
     @contextmanager
-    def following(self, full: str) -> Iterator[None]:
-        """Record the names that are referred to within as the direct dependencies of a name."""
+    def record_dependencies(self, full: str) -> Iterator[None]:
+        """Record the names used inside the block as direct dependencies of a name."""
         outer, self._mentioned = self._mentioned, set()
         try:
             yield
@@ -48,7 +48,7 @@ class Scope:
         self._mentioned.add(full)
 
     def same(self, full: str) -> bool:
-        """Return whether a name means what it meant before: neither it nor anything that it depends on is touched."""
+        """Return whether a name means the same as before: neither it nor any of its dependencies has changed."""
         if self.known is None or full in self._affected:
             return False
         self.needs[full] = needs = self.known.needs[full]
@@ -57,7 +57,7 @@ class Scope:
 
     @cached_property
     def _affected(self) -> set[str]:
-        """Names of what was made before that depend on a touched name, directly or not, and the touched names."""
+        """Return the changed names and all names that depend on one, directly or not."""
         dependents: dict[str, list[str]] = {}
         for name, needs in (self.known.needs if self.known is not None else {}).items():
             for need in needs:
@@ -71,40 +71,40 @@ class Scope:
         return found
 
     def evaluator(self, module: Module, place: Place | None = None) -> Evaluator:
-        """Evaluates text of a module; `place` differs for overrides."""
+        """Return the evaluator for the text of a module; `place` differs for overrides."""
         where = place or module.place
         return Evaluator(where, lambda name: self.lookup(name, module, where), self.table.vocabulary)
 
     def lookup(self, name: tree.Name, module: Module, place: Place) -> Value:
-        """The value of a parameter. Raises Bad."""
+        """Return the value of a parameter. Raises EvaluationError."""
         symbol = self.resolve(name, module, place)
         if isinstance(symbol.node, tree.Declare):
             kind = symbol.node.kind
             raise place.fail(
                 "E213", name.span, f"expected a number, found the {kind} `{name.text}`",
-                f"{field_schema.article(kind)} {kind}",
+                f"{field_schema.indefinite_article(kind)} {kind}",
                 "only parameters have values: `param L = 178 mm`",
             )  # fmt: skip
         parameter = self.parameters.get(module.prefix + name.text)
         if parameter is None:
-            raise Bad
+            raise EvaluationError
         return parameter.value
 
     def resolve(self, name: tree.Name, module: Module, place: Place, kind: str = "") -> Symbol:
-        """What a name stands for in the module it is written in; `kind` is what is due. Raises Bad."""
+        """Return the symbol that a name refers to in its module; `kind` is the expected kind. Raises EvaluationError."""
         full = module.prefix + name.text
         symbol = self.table.symbols.get(full)
         if symbol is not None:
             self.use(full)
             return symbol
         if self.table.is_broken(full):
-            raise Bad  # its own declaration is reported already
+            raise EvaluationError  # its own declaration is reported already
         raise place.fail(
             "E201", name.span, f"`{name.text}` is not declared", "not found", self._hint(name, module, kind)
         )
 
     def names(self, module: Module, kinds: Iterable[str]) -> list[str]:
-        """Names of declarations of some kinds, `param` among them, as a module writes them."""
+        """Return names of declarations of some kinds (also `param`), as the module writes them."""
         wanted = frozenset(kinds)
         return [
             n.removeprefix(module.prefix) for n, s in self.table.symbols.items()
@@ -136,7 +136,7 @@ class Scope:
                 for n in self.names(module, ["param", *self.table.vocabulary])
                 if n.startswith(first + ".")
             ]
-            return f"`{first}` declares " + (field_schema.listed(own) or "nothing")
+            return f"`{first}` declares " + (field_schema.join_names(own) or "nothing")
         return f'nothing is called `{first}` here; `use "file.scene" as {first}` would give it a meaning'
 
 
@@ -145,15 +145,15 @@ def _kind(symbol: Symbol) -> str:
 
 
 def _phrase(kind: str) -> str:
-    return "a parameter" if kind == "param" else f"{field_schema.article(kind)} {kind}"
+    return "a parameter" if kind == "param" else f"{field_schema.indefinite_article(kind)} {kind}"
 
 
 def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
-    """What to say of a unit or of a word of the vocabulary that stands where a declared name is due."""
+    """Return the explanation for a unit or constructor written where a declared name is expected."""
     made = vocabulary.find(text)
     if made:
         one = made[0].kind
-        return f"`{text}` makes {field_schema.article(one)} {one}: write `{text}(...)`"
+        return f"`{text}` makes {field_schema.indefinite_article(one)} {one}: write `{text}(...)`"
     if text.lower() in COORDINATES:
         return "the coordinates are called `x`, `y` and `z`"
     if text in vocabulary.words():
@@ -165,7 +165,7 @@ def _word(vocabulary: Vocabulary, text: str, kind: str) -> str:
 
 def _is_unit(text: str) -> bool:
     try:
-        units.parse(text)
+        units.parse_unit(text)
     except units.UnitError:
         return False
     return True
@@ -173,7 +173,7 @@ def _is_unit(text: str) -> bool:
 
 def _advice(name: tree.Name, kind: str, fitting: list[str]) -> str:
     if kind and fitting:
-        return f"declared {field_schema.plural(kind)}: {field_schema.listed(fitting)}"
+        return f"declared {field_schema.plural(kind)}: {field_schema.join_names(fitting)}"
     if kind:
         return f"declare it: `{kind} {name.parts[-1]} = ...`"
     return f"declare it, for example `param {name.parts[-1]} = 5 mm`"

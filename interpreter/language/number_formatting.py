@@ -1,4 +1,4 @@
-"""Numbers as people read them; values are SI, and one column of a table has one unit."""
+"""Formatting of numbers for people; values are in SI, and a column of a table has one unit."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ SMALL = 1e-4  # plain numbers below that are read as multiples of a power of ten
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def rounded(value: float, digits: int) -> float:
-    """The value with so many significant digits."""
+def round_significant(value: float, digits: int) -> float:
+    """Round a value to a number of significant digits."""
     return float(f"{value:.{digits}g}")
 
 
-def quantity(value: float, unit: str, digits: int = 6, percent: bool = False) -> str:
-    """A value in SI with the unit that fits it, as `units.show` has it; a plain number as `%` if asked."""
-    near = rounded(value, digits)
+def format_quantity(value: float, unit: str, digits: int = 6, percent: bool = False) -> str:
+    """Format a value in SI with a fitting unit, as `units.show` does; a plain number as `%` if `percent`."""
+    near = round_significant(value, digits)
     if percent and is_ratio(unit):
-        return signed(f"{near * 100:.6g} %")
+        return typeset_number(f"{near * 100:.6g} %")
     try:
-        shown = units.show(near, units.parse(unit).dimension)
+        shown = units.format_value(near, units.parse_unit(unit).dimension)
     except units.UnitError:
         shown = f"{near:.6g} {unit}".strip()
     if "e-" in shown:  # smaller than the smallest unit that people use
         shown = f"{near:.6g} {unit}"
-    return signed(as_asked(shown, unit))
+    return typeset_number(format_moment_unit(shown, unit))
 
 
-def as_asked(shown: str, unit: str) -> str:
-    """`mN*m` for `mJ` where the unit is that of a moment, which no energy is."""
+def format_moment_unit(shown: str, unit: str) -> str:
+    """Replace `mJ` by `mN*m` if the unit is that of a moment, not of an energy."""
     return f"{shown[:-1]}N*m" if unit == "N*m" and shown.endswith("J") else shown
 
 
 def is_ratio(unit: str) -> bool:
-    """Whether a unit is that of a plain number."""
+    """Return whether a unit is that of a plain number."""
     return unit in ("1", "")
 
 
-def signed(number: str) -> str:
-    """The minus sign for the hyphen, and powers of ten as such: `−2.3·10⁻⁸ mm`; spaces do not break."""
+def typeset_number(number: str) -> str:
+    """Write a number with a true minus sign and power of ten, `−2.3·10⁻⁸ mm`, and with spaces that do not break."""
     head, _, rest = number.partition(" ")
     mantissa, _, exponent = head.partition("e")
     if exponent:
@@ -52,58 +52,58 @@ def signed(number: str) -> str:
 
 
 def power_of_ten(exponent: int) -> str:
-    """`10⁻³`."""
+    """Format a power of ten: `10⁻³`."""
     return "10" + str(exponent).translate(_SUPERSCRIPT)
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The unit of a column or of an axis: divide an SI value by `factor`."""
+    """Unit of a column or an axis: divide an SI value by `factor`."""
 
     factor: float
     unit: str  # "" for a plain number
 
     def text(self, value: float, decimals: int) -> str:
-        """The value with the column's decimals, or with three digits where these would leave fewer."""
+        """Format a value with the column's decimals, or with three significant digits if these would leave fewer."""
         own = value / self.factor
         if own == 0:
             return "0"
         few = abs(own) < 10.0 ** (2 - decimals)
-        return signed(f"{own:.3g}" if few and abs(own) < 10 else f"{own:.{decimals}f}")
+        return typeset_number(f"{own:.3g}" if few and abs(own) < 10 else f"{own:.{decimals}f}")
 
     def fixed(self, value: float, decimals: int) -> str:
-        """The value with so many decimals and no more: for coordinates, where less than that is nothing."""
+        """Format a value with a fixed number of decimals, for coordinates."""
         shown = f"{value / self.factor:.{decimals}f}"
-        return signed(shown if float(shown) else shown.removeprefix("-"))
+        return typeset_number(shown if float(shown) else shown.removeprefix("-"))
 
     def heading(self, name: str) -> str:
-        """`drop / mm`, the way an axis or a column is labelled."""
+        """Return the label of an axis or column: `drop / mm`."""
         return f"{name} / {self.unit}" if self.unit else name
 
 
-def scale_of(values: Iterable[float | None], unit: str, percent: bool = False) -> Scale:
-    """The scale in which the largest of the values reads well."""
+def choose_scale(values: Iterable[float | None], unit: str, percent: bool = False) -> Scale:
+    """Choose the unit in which the largest of the values reads well."""
     largest = max((abs(v) for v in values if v is not None), default=0.0)
     if is_ratio(unit):
         power = math.floor(math.log10(largest)) if 0.0 < largest < SMALL and not percent else 0
         plain = Scale(10.0**power, power_of_ten(power)) if power else Scale(1.0, "")
         return Scale(0.01, "%") if percent else plain
     try:
-        symbol = units.show(rounded(largest, 4), units.parse(unit).dimension).partition(" ")[2]
-        return Scale(units.parse(symbol).factor, as_asked(symbol, unit)) if symbol else Scale(1.0, unit)
+        symbol = units.format_value(round_significant(largest, 4), units.parse_unit(unit).dimension).partition(" ")[2]
+        return Scale(units.parse_unit(symbol).factor, format_moment_unit(symbol, unit)) if symbol else Scale(1.0, unit)
     except units.UnitError:
         return Scale(1.0, unit)
 
 
-def decimals_of(values: Sequence[float | None], scale: Scale, digits: int) -> int:
-    """How many decimals give the largest value so many significant digits."""
+def choose_decimals(values: Sequence[float | None], scale: Scale, digits: int) -> int:
+    """Return the number of decimals that gives the largest value a number of significant digits."""
     largest = max((abs(v) for v in values if v is not None), default=0.0) / scale.factor
     if largest == 0:
         return 0
     return max(0, digits - 1 - math.floor(math.log10(largest)))
 
 
-def negligible(value: float, largest: float, unit: str, moved: float | None = None) -> bool:
+def is_negligible(value: float, largest: float, unit: str, moved: float | None = None) -> bool:
     """Return whether a value is only rounding.
 
     A value is rounding below 1e-9 of the largest of its column, and a length also below 1e-9 of the largest
@@ -117,11 +117,11 @@ def negligible(value: float, largest: float, unit: str, moved: float | None = No
     return abs(value) < max(1e-9 * largest, floor)
 
 
-def own_error(error: float) -> str:
-    """The estimated error of a reference in m, in words; below 1 nm nobody needs to know by how much."""
-    return "below 1\u00a0nm" if error < 1e-9 else f"estimated at {quantity(error, 'm', 2)}"
+def format_reference_error(error: float) -> str:
+    """Format the estimated error of a reference, m; below 1 nm the number is not given."""
+    return "below 1\u00a0nm" if error < 1e-9 else f"estimated at {format_quantity(error, 'm', 2)}"
 
 
-def grouped(n: int) -> str:
-    """`4 320` with thin spaces that do not break."""
+def group_digits(n: int) -> str:
+    """Format an integer with thin spaces that do not break: `4 320`."""
     return f"{n:,}".replace(",", "\u202f")

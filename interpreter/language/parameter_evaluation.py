@@ -1,4 +1,4 @@
-"""Evaluating parameters, whatever their order in the text: first those that others depend on."""
+"""Evaluation of parameters in the order of their dependencies, whatever their order in the text."""
 
 from __future__ import annotations
 
@@ -10,15 +10,21 @@ from softmark.grammar import tree
 from softmark.grammar.diagnostic import Fix, Remedy
 from softmark.interpreter.language import field_schema, units
 from softmark.interpreter.language.compiled_scene import Location, Parameter
-from softmark.interpreter.language.expression_evaluation import Bad, Place, Value, components, words
+from softmark.interpreter.language.expression_evaluation import (
+    EvaluationError,
+    Place,
+    Value,
+    describe_value,
+    value_components,
+)
 from softmark.interpreter.language.name_scope import Scope
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.language.scene_sources import Symbol
 from softmark.records import dataclass
 
 
-def evaluate(scope: Scope, replaced: Mapping[str, Override]) -> None:
-    """Fill in `scope.parameters`; what is in error is reported and None there."""
+def evaluate_parameters(scope: Scope, replaced: Mapping[str, Override]) -> None:
+    """Fill in `scope.parameters`; a parameter in error is reported and None there."""
     if scope.known is not None:
         scope.parameters |= {full: value for full, value in scope.known.parameters.items() if scope.same(full)}
     order = _Order(scope, replaced)
@@ -27,7 +33,7 @@ def evaluate(scope: Scope, replaced: Mapping[str, Override]) -> None:
         scope.parameters[full] = None
         if full in order.circular or not isinstance(symbol.node, tree.Param):
             continue
-        with suppress(Bad), scope.following(full):
+        with suppress(EvaluationError), scope.record_dependencies(full):
             scope.parameters[full] = _Evaluation(scope, full, symbol, symbol.node, replaced.get(full)).run()
 
 
@@ -36,14 +42,14 @@ def evaluate(scope: Scope, replaced: Mapping[str, Override]) -> None:
 
 @dataclass
 class _Order:
-    """Depth-first search without recursion, so that no chain of parameters is too long; what is known is done."""
+    """Depth-first search for the order of evaluation, without recursion, so that chains may be of any length."""
 
     scope: Scope
     replaced: Mapping[str, Override]
     circular: set[str] = field(default_factory=set)
 
     def run(self) -> list[str]:
-        """Full names of all parameters, each after those it depends on; circles are reported."""
+        """Return the full names of all parameters, each after those it depends on; report circles."""
         done: dict[str, None] = {}
         for name, symbol in self.scope.table.symbols.items():
             if isinstance(symbol.node, tree.Param) and name not in done and name not in self.scope.parameters:
@@ -91,7 +97,7 @@ class _Order:
 
 @dataclass(frozen=True)
 class _Need:
-    """A parameter that another one mentions, and where."""
+    """Dependency of a parameter on another, and its place in the text."""
 
     full: str
     span: tree.Span
@@ -99,7 +105,7 @@ class _Need:
 
 
 def _names(expression: tree.Expression) -> list[tree.Name]:
-    """The names in an expression, functions not among them."""
+    """Return the names in an expression, without functions."""
     parts = [part for part, _ in tree.walk(expression)]
     functions = {id(part.function) for part in parts if isinstance(part, tree.Call)}
     return [part for part in parts if isinstance(part, tree.Name) and id(part) not in functions]
@@ -117,7 +123,7 @@ class _Evaluation:
     override: Override | None
 
     def run(self) -> Parameter:
-        """The parameter with its value, in its range. Raises Bad."""
+        """Return the parameter with its value, checked against its range. Raises EvaluationError."""
         module = self.symbol.module
         value = self.scope.evaluator(module).value(self.node.value)
         interval = self._interval(value)
@@ -133,13 +139,13 @@ class _Evaluation:
         return Parameter(self.full, new, location.text, location, overridden=True, interval=interval)
 
     def _same_kind(self, value: Value, new: Value, node: tree.Expression, place: Place) -> None:
-        if new.dimension == value.dimension and len(components(new)) == len(components(value)):
+        if new.dimension == value.dimension and len(value_components(new)) == len(value_components(value)):
             return
-        found, due = words(new), words(value)
+        found, due = describe_value(new), describe_value(value)
         if found == due:
-            found, due = (f"{w} with {len(components(v))} components" for w, v in ((found, new), (due, value)))
+            found, due = (f"{w} with {len(value_components(v))} components" for w, v in ((found, new), (due, value)))
         own = Location(self.symbol.module.source, self.node.value.span).text
-        help = f"the scene declares `{self.full} = {own}`; give it in {units.usual(value.dimension)}"
+        help = f"the scene declares `{self.full} = {own}`; give it in {units.usual_units(value.dimension)}"
         raise place.fail("E204", node.span, f"expected {due}, found {found}", found, help)
 
     def _interval(self, value: Value) -> field_schema.Interval | None:
@@ -150,8 +156,8 @@ class _Evaluation:
         for end in (low, high):
             q = self.scope.evaluator(self.symbol.module).quantity(end)
             if q.dimension != value.dimension:
-                found, due = units.named(q.dimension), units.named(value.dimension)
-                help = f"a range has the dimension of its value: give {due} in {units.usual(value.dimension)}"
+                found, due = units.dimension_name(q.dimension), units.dimension_name(value.dimension)
+                help = f"a range has the dimension of its value: give {due} in {units.usual_units(value.dimension)}"
                 raise place.fail("E204", end.span, f"expected {due}, found {found}", found, help)
             ends.append(q.value)
         if ends[0] > ends[1]:
@@ -165,10 +171,10 @@ class _Evaluation:
     def _in_range(
         self, value: Value, interval: field_schema.Interval | None, node: tree.Expression, place: Place
     ) -> None:
-        outside = [v for v in components(value) if interval is not None and v not in interval]
+        outside = [v for v in value_components(value) if interval is not None and v not in interval]
         if interval is None or not outside:
             return
         where = f" that line {self.node.name_span.line} of the scene declares" if self.override else ""
         raise place.fail("E214", node.span, f"`{self.full}` must be {interval.words(value.dimension)}",
-                         f"this is {units.show(outside[0], value.dimension)}",
+                         f"this is {units.format_value(outside[0], value.dimension)}",
                          f"give a value in the range{where}, or widen the range")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Overrides: `-p L=120mm` and `-p silicone.young=30kPa` of the command line, and the values of a sweep."""
+"""Overrides: `-p L=120mm` and `-p silicone.young=30kPa` on the command line, and the values of a sweep."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Override:
-    """`-p NAME=VALUE`: the expression takes the place of a parameter's or a field's.
+    """Expression that replaces the value of a parameter or a field: `-p NAME=VALUE`.
 
-    `written` says how one writes such an override, for messages; `text` is `NAME=VALUE`.
+    `written` is how the user writes such an override, for messages; `text` is `NAME=VALUE`.
     """
 
     name: str
@@ -29,18 +29,18 @@ class Override:
     text: str = ""
 
     def example(self, name: str) -> str:
-        """How such an override of another name is written."""
+        """Return how to write such an override of another name."""
         return self.written.format(name)
 
 
-def read(texts: Sequence[str], diagnostics: list[Diagnostic]) -> list[Override]:
-    """The overrides of a command line; what cannot be read is reported and left out."""
-    found = (read_one(text, diagnostics) for text in texts)
+def read_overrides(texts: Sequence[str], diagnostics: list[Diagnostic]) -> list[Override]:
+    """Parse the overrides of a command line; report and leave out those that cannot be parsed."""
+    found = (read_override(text, diagnostics) for text in texts)
     return [override for override in found if override is not None]
 
 
-def read_one(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Override | None:
-    """`NAME=VALUE` as an override; None, with what is wrong in the list, where it cannot be read."""
+def read_override(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Override | None:
+    """Parse `NAME=VALUE` as an override; return None, with the error in the list, if it cannot be parsed."""
     text = encodable(text)
     shown = Source(f"{option} {text}", text)
     place = Place(shown, diagnostics)
@@ -68,8 +68,8 @@ def read_one(text: str, diagnostics: list[Diagnostic], option: str = "-p") -> Ov
     return Override(name.strip(), node, place, span, f"{option} {{}}=VALUE", text)
 
 
-def assigned(overrides: Sequence[Override], table: ModuleTable) -> dict[str, Override]:
-    """Overrides by the parameter, or the field `declared.field`, that they replace; the last one counts."""
+def assign_overrides(overrides: Sequence[Override], table: ModuleTable) -> dict[str, Override]:
+    """Return overrides by the parameter or field `declared.field` that they replace; the last one counts."""
     found = {}
     for override in overrides:
         owner = override.name.rpartition(".")[0]
@@ -103,7 +103,7 @@ def _unknown(override: Override, table: ModuleTable) -> None:
     parameters = [n for n, s in table.symbols.items() if isinstance(s.node, tree.Param)]
     known = table.symbols.get(override.name)
     if known is not None and isinstance(known.node, tree.Declare):
-        kind = f"{field_schema.article(known.node.kind)} {known.node.kind}"
+        kind = f"{field_schema.indefinite_article(known.node.kind)} {known.node.kind}"
         override.place.fail(
             "E213",
             override.name_span,

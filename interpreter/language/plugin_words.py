@@ -1,4 +1,4 @@
-"""Words that others add: what is known of their file, and whose fault an exception is."""
+"""Plugins: their files, and the attribution of exceptions to them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FILES: dict[str, str] = {}  # of every plugin that was loaded: its file, and wha
 
 @dataclass(frozen=True)
 class Plugin:
-    """A file of somebody else's with classes for words; what of it cannot be used is broken, and the rest stands."""
+    """Plugin file with classes for constructors; broken ones are listed, and the others can be used."""
 
     asked: str  # what it is loaded by, from any folder: its whole path, or the name that it is installed by
     name: str  # as messages call it
@@ -29,19 +29,19 @@ class Plugin:
     doubts: tuple[Diagnostic, ...] = ()  # all that is wrong with it, at its place
 
 
-def blamed(error: BaseException) -> str | None:
-    """The plugin in which an exception was raised, with its line; None of one that is nobody else's, or a refusal."""
+def find_faulty_plugin(error: BaseException) -> str | None:
+    """Return the plugin that raised an exception, with its line; None if it came from our code or is a refusal."""
     if type(error).__module__.startswith("softmark."):  # by which it says why it has no answer
         return None
     found, trace = None, error.__traceback__
     while trace is not None:
         if (name := FILES.get(trace.tb_frame.f_code.co_filename)) is not None:
-            found = f"the plugin `{name}` failed in line {trace.tb_lineno}: {told(error)}"
+            found = f"the plugin `{name}` failed in line {trace.tb_lineno}: {format_exception(error)}"
         trace = trace.tb_next
     return found
 
 
-def told(error: BaseException) -> str:
-    """`ZeroDivisionError: division by zero`, on one line."""
+def format_exception(error: BaseException) -> str:
+    """Format an exception on one line: `ZeroDivisionError: division by zero`."""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -1,4 +1,4 @@
-"""Reading constants that vary in space, such as `10 kPa * (1 + z / 5 cm)`: from a syntax tree to a Profile."""
+"""Conversion of constants that vary in space, `10 kPa * (1 + z / 5 cm)`, from a syntax tree to a Profile."""
 
 from __future__ import annotations
 
@@ -12,29 +12,31 @@ from softmark.interpreter.language.expression_evaluation import (
     PREDEFINED,
     Evaluator,
     Quantity,
-    describe,
-    words,
+    describe_expression,
+    describe_value,
 )
 from softmark.interpreter.language.field_schema import Field
-from softmark.interpreter.language.spatial_profiles import Node, Profile, constant
+from softmark.interpreter.language.spatial_profiles import Node, Profile, constant_node
 from softmark.interpreter.language.units import LENGTH, NONE, Dimension
 
 
 class Fields(Protocol):
-    """What of an expression is read from files."""
+    """Access to the data fields (read from files) in an expression."""
 
     def vary(self, node: tree.Expression) -> bool:
-        """Whether coordinates or fields enter an expression."""
+        """Return whether coordinates or data fields occur in an expression."""
 
     def known(self, part: tree.Expression | tree.Argument) -> bool:
-        """Whether it is a field: a call that makes one, or the name of one that is declared."""
+        """Return whether a part is a data field: a call that makes one, or the name of a declared one."""
 
     def made(self, part: tree.Expression) -> Any:
-        """The field itself. Raises Bad."""
+        """Return the data field object. Raises EvaluationError."""
 
 
-def profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Field) -> Profile:
-    """The value of the field `of` that an expression states; its dimension is that of the expression. Raises Bad."""
+def read_profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Field) -> Profile:
+    """Return the spatial profile that an expression states for the field `of`, in the expression's dimension. Raises
+    Bad.
+    """
     reader = Reader(evaluator, fields)
     root, dimension = reader.node(node)
     said = "; ".join((source_layout.flat(node), *reader.values.values()))
@@ -42,14 +44,14 @@ def profile(node: tree.Expression, evaluator: Evaluator, fields: Fields, of: Fie
 
 
 class Reader:
-    """Makes nodes of the parts of one expression, and finds their dimensions; `values` are those of its parameters."""
+    """Builds the nodes of one expression with their dimensions; `values` are those of its parameters."""
 
     def __init__(self, evaluator: Evaluator, fields: Fields) -> None:
         self.evaluator, self.fields = evaluator, fields
         self.values: dict[str, str] = {}
 
     def node(self, node: tree.Expression) -> tuple[Node, Dimension]:
-        """What an expression comes to. Raises Bad."""
+        """Return the node and dimension of an expression. Raises EvaluationError."""
         if self.fields.known(node):
             field = self.fields.made(node)
             return Node("field", value=field), field.unit.dimension
@@ -65,20 +67,20 @@ class Reader:
                 return self._combined(node)
             case tree.Call():
                 return self._function(node)
-        found = describe(node)
+        found = describe_expression(node)
         raise self.evaluator.place.fail(
             "E207", node.span, f"expected a number, found {found}", found,
             "a constant that varies is arithmetic over x, y, z and fields: `10 kPa * (1 + z / 5 cm)`",
         )  # fmt: skip
 
     def _constant(self, node: tree.Expression) -> tuple[Node, Dimension]:
-        """The same everywhere: a number, or arithmetic over numbers and parameters."""
+        """Return the node of a number, or of arithmetic over numbers and parameters."""
         q = self.evaluator.quantity(node)
         for name, _ in tree.walk(node):
             if isinstance(name, tree.Name) and name.text not in PREDEFINED:
                 value = self.evaluator.quantity(name)
-                self.values[name.text] = f"{name.text} = {units.show(value.value, value.dimension)}"
-        return constant(q.value), q.dimension
+                self.values[name.text] = f"{name.text} = {units.format_value(value.value, value.dimension)}"
+        return constant_node(q.value), q.dimension
 
     def _combined(self, node: tree.Binary) -> tuple[Node, Dimension]:
         (a, da), (b, db) = self.node(node.left), self.node(node.right)
@@ -87,19 +89,19 @@ class Reader:
             case "+" | "-" as op if da == db:
                 return Node(op, both), da
             case "*":
-                return Node("*", both), units.times(da, db)
+                return Node("*", both), units.multiply_dimensions(da, db)
             case "/" if b.do == "number" and b.value == 0.0:
                 raise self.evaluator.place.fail("E219", node.span, "this divides by zero")
             case "/":
-                return Node("/", both), units.times(da, db, -1)
+                return Node("/", both), units.multiply_dimensions(da, db, -1)
             case "^" if db == NONE and da == NONE:
                 return Node("^", both), NONE
             case "^" if db == NONE and b.do == "number" and b.value == int(b.value) and abs(b.value) <= 99:
-                return Node("^", both), units.power(da, int(b.value))
+                return Node("^", both), units.raise_dimension(da, int(b.value))
             case "^" if db == NONE:
                 raise self.evaluator.place.fail(
                     "E218", node.span, "a quantity with a unit can be raised to whole powers only",
-                    words(Quantity(0.0, da)), "divide by a unit first: `(z / 1 mm)^1.7`",
+                    describe_value(Quantity(0.0, da)), "divide by a unit first: `(z / 1 mm)^1.7`",
                 )  # fmt: skip
         raise self.evaluator.unlike(node, Quantity(0.0, da), Quantity(0.0, db))
 
@@ -114,4 +116,4 @@ class Reader:
         self.evaluator.single(node)
         if name == "sqrt":
             return made, self.evaluator.halved(due, node.arguments[0].span)
-        return made, self.evaluator.gives(node, due)
+        return made, self.evaluator.function_dimension(node, due)

@@ -1,4 +1,4 @@
-"""`10/3 mm`, which is ten over three millimetres, where a third of ten millimetres is due."""
+"""Remedy for `10/3 mm`, read as ten over three millimetres although a third of ten millimetres is expected."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RULE = "a unit belongs to the number in front of it alone"
 
 
 class Valued(Protocol):
-    """A parameter: its name, and the expression that gave its value."""
+    """Parameter: its name, and the expression that gave its value."""
 
     @property
     def name(self) -> str: ...
@@ -22,12 +22,13 @@ class Valued(Protocol):
     def text(self) -> str: ...
 
 
-def remedy(
+def suggest_quotient(
     node: tree.Expression, text: str, given: units.Dimension, due: units.Dimension, named: Valued | None = None
 ) -> Remedy | None:
-    """What to write for a number over a quantity in a `text` where one of that quantity's dimension is due, or None.
+    """Return the remedy for a number over a quantity whose dimension is the inverse of the expected one, `due`; else
+    None.
 
-    Where the node is the name of a parameter, that is said of its value, which stands elsewhere.
+    If the node is the name of a parameter, the remedy concerns the expression of its value.
     """
     if given != tuple(-power for power in due):
         return None
@@ -46,6 +47,6 @@ def _meant(node: tree.Expression, text: str, due: units.Dimension) -> str | None
     if not (isinstance(node, tree.Binary) and node.operator == "/" and isinstance(node.right, tree.Number)):
         return None
     unit = node.right.unit
-    if unit is None or units.parse(unit.text).dimension != due:
+    if unit is None or units.parse_unit(unit.text).dimension != due:
         return None
     return f"({text[node.left.span.start : node.right.span.start]}{node.right.value:.15g}) {unit.text}"

@@ -1,4 +1,4 @@
-"""Names of regions where conditions are due: what they select, and which was meant by a name that is none."""
+"""Resolution of region names in conditions, with suggestions for unknown names."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from softmark.interpreter.language.scene_sources import Module, ModuleTable, Sym
 KIND = "region"  # of declarations whose names stand for conditions
 
 
-def regions_of(module: Module, table: ModuleTable, declared: Callable[[tree.Name], Declared]) -> Named:
-    """What names in a text of a module select; `declared` finds one, and raises Bad for one in error or in a circle."""
+def make_region_lookup(module: Module, table: ModuleTable, declared: Callable[[tree.Name], Declared]) -> Named:
+    """Return the function that resolves region names in a module; `declared` finds one, and raises EvaluationError for a broken
+    one.
+    """
 
     def named(name: tree.Name) -> Condition | str | None:
         symbol = table.symbols.get(module.prefix + name.text)

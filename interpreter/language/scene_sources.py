@@ -1,4 +1,4 @@
-"""Reading scene files: `use`, the standard library, and the table of all names."""
+"""Reader of scene files: `use`, the standard library, and the table of all names."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DEEPEST, MOST = 50, 500  # scenes that use scenes, and all of them together
 
 @dataclass
 class Module:
-    """One text, what it declares, and the prefix that its names have in the scene that uses it."""
+    """One text, its declarations, and the prefix of its names in the scene that uses it."""
 
     source: Source
     tree: tree.Tree
@@ -41,7 +41,7 @@ class Module:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A name: its declaration and the module that it stands in."""
+    """Name with its declaration and its module."""
 
     node: tree.Param | tree.Declare
     module: Module
@@ -60,20 +60,22 @@ class ModuleTable:
     listed: dict[int, tuple[tree.Expression, Any]] = field(default_factory=dict)  # lists, and values of sweeps there
 
     def is_broken(self, full: str) -> bool:
-        """Whether a name, or the alias that it starts with, has been reported where it is declared."""
+        """Return whether an error was already reported at the declaration of a name, or of the alias that it starts
+        with.
+        """
         parts = full.split(".")
         return any(".".join(parts[:i]) in self.broken for i in range(1, len(parts) + 1))
 
     def again(self, diagnostics: list[Diagnostic]) -> ModuleTable:
-        """The same texts, parsed already, to be compiled anew with a list of diagnostics of its own."""
+        """Return the parsed texts with a new list of diagnostics, to be compiled again."""
         modules = {id(m): replace(m, place=Place(m.source, diagnostics)) for m in self.modules}
         symbols = {n: Symbol(s.node, modules[id(s.module)]) for n, s in self.symbols.items()}
         aliases, broken = dict(self.aliases), set(self.broken)
         return ModuleTable(self.vocabulary, list(modules.values()), symbols, aliases, broken, self.size, self.listed)
 
 
-class Missing(Exception):
-    """A scene that cannot be read; the text says why, `remedy` what to do."""
+class UnreadableScene(Exception):
+    """A scene cannot be read; the text gives the reason, `remedy` what to do."""
 
     def __init__(self, reason: str, remedy: str = "") -> None:
         super().__init__(reason)
@@ -84,39 +86,39 @@ class Missing(Exception):
 
 
 def standard_scenes() -> dict[str, Path]:
-    """Scenes of the standard library by name (`silicone-beam`), without libraries of names and templates."""
+    """Return the scenes of the standard library by name (`silicone-beam`), without libraries of names and templates."""
     files = sorted(ROOT.rglob(f"*{SUFFIX}"))
     return {f.stem: f for f in files if f.relative_to(ROOT).parts[0] not in ("materials", "templates")}
 
 
 def standard_name(path: str | Path | None) -> str | None:
-    """What a scene of the standard library is called, by its file; None for any other file."""
+    """Return the name of a scene of the standard library from its file; None for any other file."""
     if path is None or not Path(path).resolve().is_relative_to(ROOT.resolve()):
         return None
     own = Path(path).resolve()
     return next((name for name, file in standard_scenes().items() if file.resolve() == own), None)
 
 
-def locate(name: str) -> Path:
-    """The file of a scene given on the command line: a path, or a name of the standard library."""
+def locate_scene(name: str) -> Path:
+    """Return the file of a scene given on the command line: a path, or a name of the standard library."""
     if not name.strip():
-        raise Missing("the name of the scene is empty", "name a file, or a scene of `dsl list scenes`")
+        raise UnreadableScene("the name of the scene is empty", "name a file, or a scene of `dsl list scenes`")
     if os.path.isfile(name):
         return Path(name)
     standard = standard_scenes()
     if name in standard:
         return standard[name]
     if os.path.isdir(name):
-        raise Missing(f"{name} is a folder", _within(Path(name)))
+        raise UnreadableScene(f"{name} is a folder", _advise_on_folder(Path(name)))
     if os.path.exists(name):
-        raise Missing(f"{name} is not a regular file", "use `-` to read from standard input")
+        raise UnreadableScene(f"{name} is not a regular file", "use `-` to read from standard input")
     close = nearest(Path(name).stem, list(standard))
     hint = f"did you mean `{close}`?" if close else "`dsl list scenes` shows those that come with softmark"
-    raise Missing(f"there is no file {name}, and no standard scene of that name", hint)
+    raise UnreadableScene(f"there is no file {name}, and no standard scene of that name", hint)
 
 
-def _within(folder: Path) -> str:
-    """Return what to do instead of naming a folder, with one of its scenes if it has any."""
+def _advise_on_folder(folder: Path) -> str:
+    """Return the advice for a folder given in place of a scene, with one of its scenes if it has any."""
     try:
         found = sorted(p.name for p in folder.iterdir() if p.suffix == SUFFIX)
     except OSError:
@@ -124,22 +126,22 @@ def _within(folder: Path) -> str:
     return f"name a file in it, such as {folder / found[0]}" if found else f"name a file; none there ends in {SUFFIX}"
 
 
-def read(path: Path, shown: str | None = None) -> Source:
-    """The text of a scene file. Raises Missing."""
+def read_scene_file(path: Path, shown: str | None = None) -> Source:
+    """Read a scene file. Raises UnreadableScene."""
     name = shown or str(path)
     try:
         if not os.path.isfile(path):
             raise _no_file(path, name)
         with open_regular(path) as file:
-            data = beginning(file, name)
+            data = read_limited(file, name)
     except (OSError, ValueError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
-        raise Missing(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
+        raise UnreadableScene(f"cannot read {name}: {reason[:1].lower()}{reason[1:]}") from error
     return Source(name, _text(data, name))
 
 
-def named(text: str, folder: Path) -> Iterator[Path]:
-    """Files and folders that a text names in quotes, sound or not, where they are or could be."""
+def find_quoted_paths(text: str, folder: Path) -> Iterator[Path]:
+    """Yield the paths of files and folders quoted in a text, even in one with errors, whether they exist or not."""
     for name in dict.fromkeys(QUOTED.findall(text)):
         path = folder / name
         with suppress(OSError, ValueError):  # what is no name of a file
@@ -147,19 +149,21 @@ def named(text: str, folder: Path) -> Iterator[Path]:
                 yield path
 
 
-def _no_file(path: Path, name: str) -> Missing:
+def _no_file(path: Path, name: str) -> UnreadableScene:
     if os.path.isdir(path):
-        return Missing(f"{name} is a folder")
+        return UnreadableScene(f"{name} is a folder")
     if os.path.exists(path):
-        return Missing(f"{name} is not a regular file", "devices and pipes are not read: save the scene in a file")
-    return Missing(f"there is no file {name}")
+        return UnreadableScene(
+            f"{name} is not a regular file", "devices and pipes are not read: save the scene in a file"
+        )
+    return UnreadableScene(f"there is no file {name}")
 
 
-def beginning(file: BinaryIO, name: str) -> bytes:
-    """All of a file or a stream, if it is no larger than a scene may be; no more than that is read. Raises Missing."""
+def read_limited(file: BinaryIO, name: str) -> bytes:
+    """Read a file or stream up to the maximum size of a scene. Raises UnreadableScene if it is larger."""
     data = file.read(LARGEST + 1)
     if len(data) > LARGEST:
-        raise Missing(
+        raise UnreadableScene(
             f"{name} is larger than {LARGEST // 1_000_000} MB",
             "scenes are small texts; meshes stay in files of their own",
         )
@@ -167,16 +171,16 @@ def beginning(file: BinaryIO, name: str) -> bytes:
 
 
 def _text(data: bytes, name: str) -> str:
-    """UTF-8 as text; what holds a NUL is for the parser to refuse, at its place."""
+    """Decode UTF-8; a NUL is left for the parser to refuse at its place."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise Missing(f"{name} is in UTF-16, not in UTF-8", "save it as UTF-8")
+        raise UnreadableScene(f"{name} is in UTF-16, not in UTF-8", "save it as UTF-8")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
         if b"\0" in data:
             return data.decode("utf-8", errors="replace")
         line = data.count(b"\n", 0, error.start) + 1
-        raise Missing(
+        raise UnreadableScene(
             f"{name} is not a text in UTF-8: byte 0x{data[error.start]:02x} in line {line}", "save it as UTF-8"
         ) from error
 
@@ -184,8 +188,10 @@ def _text(data: bytes, name: str) -> str:
 # ------------------------------------------------------------------ the table of names
 
 
-def load(table: ModuleTable, source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]) -> None:
-    """Fill in the table of all names of a scene and of what it uses."""
+def load_modules(
+    table: ModuleTable, source: Source, folder: Path, file: Path | None, diagnostics: list[Diagnostic]
+) -> None:
+    """Fill in the table of all names of a scene and of the scenes that it uses."""
     if len(source.text) > LARGEST:
         table.modules.append(Module(source, tree.Tree(()), folder, "", Place(source, diagnostics), file))
         problem = f"the text is larger than {LARGEST // 1_000_000} MB"
@@ -193,14 +199,14 @@ def load(table: ModuleTable, source: Source, folder: Path, file: Path | None, di
             "E401", Span(0, 0, 1, 1, 1, 1), problem, help="scenes are small texts; meshes stay in files of their own"
         )
         return
-    _enter(table, source, folder, file, "", (), diagnostics)
+    _load_module(table, source, folder, file, "", (), diagnostics)
     main = table.modules[0]
     if all(isinstance(d, tree.Version | tree.Title) for d in main.tree.declarations) and not diagnostics:
         start = Span(0, 0, 1, 1, 1, 1)
         main.place.fail("E223", start, "the scene declares nothing", help="`dsl new` prints a scene to start from")
 
 
-def _enter(
+def _load_module(
     table: ModuleTable, source: Source, folder: Path, file: Path | None, prefix: str,
     chain: tuple[Path, ...], diagnostics: list[Diagnostic],
 ) -> None:  # fmt: skip
@@ -224,7 +230,7 @@ def _declare(table: ModuleTable, module: Module, node: tree.Param | tree.Declare
 
 
 def _is_free(table: ModuleTable, module: Module, name: str, span: Span) -> bool:
-    """Whether a name can be declared; if not, that is reported."""
+    """Return whether a name can be declared; if not, report it."""
     if name in PREDEFINED:
         module.place.fail(
             "E217", span, f"`{name}` has a meaning of its own and cannot be declared", "predefined",
@@ -251,34 +257,34 @@ def _use(table: ModuleTable, module: Module, node: tree.Use, chain: tuple[Path, 
     path = ROOT / node.path[4:] if standard else module.folder / node.path
     shown = node.path if standard else os.path.normpath(path)
     try:
-        source = _used(node, path, shown)
-    except Missing as missing:
+        source = _read_used_scene(node, path, shown)
+    except UnreadableScene as missing:
         module.place.fail("E401", node.path_span, missing.reason, "not usable", _remedy(node, path, missing))
         table.broken.add(alias)
         return
-    if (problem := _endless(table, path, chain, len(source.text))) is not None:
+    if (problem := _check_use_limits(table, path, chain, len(source.text))) is not None:
         message, label, help = problem
         module.place.fail("E402", node.path_span, message, label, help)
         table.broken.add(alias)
         return
-    _enter(table, source, path.parent, path, alias + ".", chain, module.place.diagnostics)
+    _load_module(table, source, path.parent, path, alias + ".", chain, module.place.diagnostics)
 
 
-def _used(node: tree.Use, path: Path, shown: str) -> Source:
-    """The text of a scene that is used, under a name that messages can give it. Raises Missing."""
+def _read_used_scene(node: tree.Use, path: Path, shown: str) -> Source:
+    """Read a scene that is used, under a name for messages. Raises UnreadableScene."""
     if path.suffix != SUFFIX:
-        raise Missing(
+        raise UnreadableScene(
             f"`{node.path}` is not a scene: its name does not end in `{SUFFIX}`", "`use` reads scenes and nothing else"
         )
     if node.path.startswith("std/") and not path.resolve().is_relative_to(ROOT.resolve()):
-        raise Missing(
+        raise UnreadableScene(
             f"{node.path} is not in the standard library",
             "`std/` leads nowhere else; give a path from the scene's own folder",
         )
-    return read(path, shown)
+    return read_scene_file(path, shown)
 
 
-def _remedy(node: tree.Use, path: Path, missing: Missing) -> str | Remedy:
+def _remedy(node: tree.Use, path: Path, missing: UnreadableScene) -> str | Remedy:
     if missing.remedy:
         return missing.remedy
     known = [f"std/{p.relative_to(ROOT).as_posix()}" for p in sorted(ROOT.rglob(f"*{SUFFIX}"))]
@@ -290,8 +296,10 @@ def _remedy(node: tree.Use, path: Path, missing: Missing) -> str | Remedy:
     return "paths are relative to the scene's own folder; `std/` is the standard library"
 
 
-def _endless(table: ModuleTable, path: Path, chain: tuple[Path, ...], size: int) -> tuple[str, str, str] | None:
-    """What is wrong where scenes use each other without end."""
+def _check_use_limits(
+    table: ModuleTable, path: Path, chain: tuple[Path, ...], size: int
+) -> tuple[str, str, str] | None:
+    """Return the message if scenes use each other in a circle or exceed the limits of depth, number or size, else None."""
     here = path.resolve()
     if here in chain:
         cycle = " -> ".join(p.name for p in (*chain[chain.index(here) :], path))

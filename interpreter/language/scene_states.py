@@ -1,6 +1,6 @@
-"""A scene in one of the states of its analysis: an ordinary scene, in which nothing knows of states any more.
+"""A scene in one of the states of its analysis, as an ordinary scene with a single state.
 
-What is different from state to state says how by `in_state(number, value)`: the analysis, loads, supports, references.
+Objects that differ between states provide `in_state(number, value)`: the analysis, loads, supports, references.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ SAME = 1e-9  # relative: values of states that are nearer are one, written in ot
 
 
 def states_of(scene: Scene) -> tuple[float, ...]:
-    """The values of the states of its analysis; none of a scene in one situation, or in one of its states."""
+    """Return the values of the states of the analysis; empty for a single state, or if a state was already selected."""
     for analysis in scene.of_kind("analysis").values():
         if (known := analysis.thing.situations) is not None:
             return tuple(known)
     return ()
 
 
-def numbers_of(states: Sequence[float], value: float) -> list[int]:
-    """Which states have a value, counted from 0: none, one, or several of a sequence that comes back to it."""
+def find_state_indices(states: Sequence[float], value: float) -> list[int]:
+    """Return the indices from 0 of the states with a value: none, one, or several if the sequence returns to it."""
     return [i for i, state in enumerate(states) if abs(state - value) <= SAME * max(abs(state), abs(value))]
 
 
 def in_state(scene: Scene, number: int) -> Scene:
-    """The scene in one of its states, counted from 0; made once."""
+    """Return the scene in one of its states, counted from 0; cached."""
     key = in_state, number
     if key not in scene.known:
         value = states_of(scene)[number]
@@ -37,14 +37,14 @@ def in_state(scene: Scene, number: int) -> Scene:
     return found
 
 
-def in_last(scene: Scene) -> Scene:
-    """The scene in the last of its states, of which studies tell; itself without any."""
+def in_last_state(scene: Scene) -> Scene:
+    """Return the scene in its last state, which studies report; the scene itself if it has no states."""
     states = states_of(scene)
     return in_state(scene, len(states) - 1) if states else scene
 
 
-def acting(scene: Scene) -> list[Declared]:
-    """What may follow a course: loads, supports, and materials that pull."""
+def find_time_dependent(scene: Scene) -> list[Declared]:
+    """Return the declarations that may have a time history (`course`): loads, supports and active materials."""
     driven = [d for kind in ("load", "support") for d in scene.of_kind(kind).values()]
     return [*driven, *(m for m in scene.of_kind("material").values() if hasattr(m.thing, "course"))]
 

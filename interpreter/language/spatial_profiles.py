@@ -1,6 +1,6 @@
-"""A constant that varies in space: an expression of the coordinates, of fields that are read from files, or of both.
+"""Constants that vary in space: expressions of the coordinates, of fields read from files, or of both.
 
-It is a tree of `Node`s that works on floats, for a look before anything is built, and on arrays, where it is solved.
+A profile is a tree of `Node`s. It works on floats, for checks before anything is built, and on arrays in solvers.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Node:
-    """`do` with what its `parts` come to: an operator, a function, `number`, `axis` or `field` with its `value`."""
+    """Node of an expression: `do` is an operator, a function, `number`, `axis` or `field`; `parts` are its operands."""
 
     do: str
     parts: tuple[Node, ...] = ()
     value: Any = None
 
     def walk(self) -> Iterator[Node]:
-        """It and all below it."""
+        """Yield the node and all nodes below it."""
         yield self
         for part in self.parts:
             yield from part.walk()
@@ -38,7 +38,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Profile:
-    """A constant in SI that varies in space, by places before deformation; `said` is its text with its values.
+    """Constant in SI that varies in space, a function of the undeformed position; `said` is its text with values.
 
     `name` is that of the constant, `limits` the range that each of its values must be in.
     """
@@ -52,11 +52,11 @@ class Profile:
 
     @property
     def fields(self) -> tuple[Any, ...]:
-        """The fields that are read for it, each once."""
+        """Data fields in it, each once."""
         return tuple(dict.fromkeys(node.value for node in self.root.walk() if node.do == "field"))
 
     def values(self, X: Any, read: Reading | None) -> Any:
-        """At points X (n, 3), m: (n,); not a number where it has none."""
+        """Return the values (n,) at points X (n, 3), m; NaN where undefined."""
         import numpy as np
 
         X = np.asarray(X, dtype=np.float64)
@@ -65,7 +65,7 @@ class Profile:
         return np.array(np.broadcast_to(found, len(X)), dtype=np.float64)
 
     def value(self, place: Sequence[float]) -> float:
-        """At one place, m, without numpy: not a number where it has none, or where it needs a field."""
+        """Return the value at one point, m, without numpy; NaN where undefined or where it needs a data field."""
         try:
             found = _at_place(self.root, place)
             return float(found) if isinstance(found, float | int) else math.nan
@@ -73,8 +73,8 @@ class Profile:
             return math.nan
 
     def __mul__(self, share: float) -> Profile:
-        """The same at a share of its size; one that is turned around has no range."""
-        root, said = Node("*", (self.root, constant(share))), f"{share:.6g} * ({self.said})"
+        """Return the profile times a factor; a negative factor removes its limits."""
+        root, said = Node("*", (self.root, constant_node(share))), f"{share:.6g} * ({self.said})"
         return replace(self, root=root, said=said, limits=self.limits if share >= 0.0 else None)
 
     def __str__(self) -> str:
@@ -82,13 +82,13 @@ class Profile:
 
 
 @dataclass(frozen=True)
-class Streams:
-    """The direction of three expressions of the coordinates, `(-y, x, 0 mm)`: of one dimension, of any length."""
+class DirectionProfile:
+    """Direction from three expressions of the coordinates, `(-y, x, 0 mm)`, of one dimension and any length."""
 
     components: tuple[Profile, Profile, Profile]
 
     def at(self, X: Floats, read: Any = None) -> Floats:
-        """At points X (n, 3), m: (n, 3). Raises Unreadable where a field cannot be read."""
+        """Return the directions (n, 3) at points X (n, 3), m. Raises Unreadable if a data field cannot be read."""
         import numpy as np
 
         return np.stack([part.values(X, read) for part in self.components], axis=1)
@@ -97,8 +97,8 @@ class Streams:
         return f"({', '.join(map(str, self.components))})"
 
 
-def constant(value: float) -> Node:
-    """A number."""
+def constant_node(value: float) -> Node:
+    """Return the node of a number."""
     return Node("number", value=value)
 
 

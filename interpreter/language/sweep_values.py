@@ -1,4 +1,4 @@
-"""What a sweep varies and the values that it gives, read from a scene: every value keeps its text and its place."""
+"""Parameters that sweeps vary, and their values; each value keeps its text and its place."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import write
 from softmark.grammar.tree import Expression, Span
 from softmark.interpreter.language import parameter_overrides, units
 from softmark.interpreter.language.compiled_scene import Location
-from softmark.interpreter.language.expression_evaluation import Bad, Place
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Place
 from softmark.interpreter.language.parameter_overrides import Override
 from softmark.records import dataclass
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SweepTarget:
-    """What a sweep varies: the full name of a parameter, or of a field as `declared.field`."""
+    """Parameter or field that a sweep varies, by its full name; a field is `declared.field`."""
 
     name: str
     span: Span = field(compare=False, repr=False)
@@ -29,30 +29,32 @@ class SweepTarget:
 
 @dataclass(frozen=True)
 class Variant:
-    """One value of a sweep: its text with its unit, as an override takes it, and where it stands."""
+    """One value of a sweep: its text with unit, as an override takes it, and its place."""
 
     text: str
     node: Expression = field(compare=False, repr=False)
     at: Location = field(compare=False, repr=False)
 
 
-def target(binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = "") -> SweepTarget:
-    """What a sweep varies; `written` says how one writes the study, for messages. Raises Bad."""
+def read_sweep_target(
+    binder: Binder, field: Field, node: tree.Expression, place: Place, written: str = ""
+) -> SweepTarget:
+    """Parse the target of a sweep; `written` is how the user writes the study, for messages. Raises EvaluationError."""
     if not isinstance(node, tree.Name):
         raise place.fail("E207", node.span, f"expected {field.expected}, found a value",
                          "not a name", field.meaning)  # fmt: skip
     table = binder.compiler.table
     full = binder.module.prefix + node.text
     override = Override(full, node, place, node.span, written=written or "sweep({}, over = [...])")
-    if not parameter_overrides.assigned([override], table):
-        raise Bad
+    if not parameter_overrides.assign_overrides([override], table):
+        raise EvaluationError
     owner = full if full in table.symbols else full.rpartition(".")[0]
     binder.compiler.scope.use(owner)
     return SweepTarget(full, node.span)
 
 
-def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
-    """What a stability study walks. Raises Bad, after all of its items were looked at."""
+def read_sweep_targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[SweepTarget, ...]:
+    """Parse the parameters that a robustness study varies. Raises EvaluationError after checking all of them."""
     if not isinstance(node, tree.List) or node.unit is not None:
         help = write(f"[{source_layout.flat(node)}]") if isinstance(node, tree.Name) else field.meaning
         raise place.fail("E207", node.span, f"expected {field.expected}, found no list of names", "not a list", help)
@@ -61,19 +63,19 @@ def targets(binder: Binder, field: Field, node: tree.Expression, place: Place) -
                          "name what it walks, or leave `over` out: then every number is walked")  # fmt: skip
     found = [_one_target(binder, field, item, place) for item in node.items]
     if None in found:
-        raise Bad
+        raise EvaluationError
     return tuple(t for t in found if t is not None)
 
 
 def _one_target(binder: Binder, field: Field, item: tree.Expression, place: Place) -> SweepTarget | None:
     try:
-        return target(binder, field, item, place, "stability(over = [{}])")
-    except Bad:
+        return read_sweep_target(binder, field, item, place, "stability(over = [{}])")
+    except EvaluationError:
         return None
 
 
-def variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
-    """The values of a sweep, each with the unit that stands behind the bracket. Raises Bad."""
+def read_variants(binder: Binder, field: Field, node: tree.Expression, place: Place) -> tuple[Variant, ...]:
+    """Parse the values of a sweep, each with the unit behind the bracket. Raises EvaluationError."""
     if not isinstance(node, tree.List):
         help = f"write `[{source_layout.flat(node)}, ...]`"
         raise place.fail("E207", node.span, f"expected {field.expected}, found no list", "not a list", help)
@@ -99,13 +101,13 @@ def _variant(binder: Binder, item: tree.Expression, unit: tree.Unit | None, plac
 
 
 def _is_plain(binder: Binder, item: tree.Expression, place: Place) -> bool:
-    """Whether a value of a list with a unit is a number without one of its own. Raises Bad where it is none."""
+    """Return whether a value of a list with a unit is a number without its own unit. Raises EvaluationError if it is not a number."""
     value = binder.compiler.scope.evaluator(binder.module, place).quantity(item)
     return value.dimension == units.NONE
 
 
 def with_unit(item: tree.Expression, unit: tree.Unit) -> tree.Expression:
-    """`10` with the unit `mm` as `10 mm`; `-10` as `-10 mm`; `2 * 5` as `2 * 5 * 1 mm`."""
+    """Return the expression with a unit: `10` as `10 mm`, `-10` as `-10 mm`, `2 * 5` as `2 * 5 * 1 mm`."""
     match item:
         case tree.Number(unit=None):
             return replace(item, unit=unit)

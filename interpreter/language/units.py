@@ -1,8 +1,7 @@
-"""Units of measure: a table, a parser of unit expressions, and dimensions with names that people use.
+"""Units of measure: a table, a parser of unit expressions, and dimensions with their common names.
 
-To add a unit: one line in UNITS. Everything is SI after reading. An own table, because the well-known library
-costs 0.4 s of start-up. Angles have a dimension of their own, so that `30` is never read as degrees or as
-radians.
+To add a unit: one line in UNITS. All values are SI after reading. We keep our own table because the well-known library
+costs 0.4 s of start-up. Angles have their own dimension, so that `30` is never read as degrees or as radians.
 """
 
 from __future__ import annotations
@@ -97,9 +96,9 @@ NAMES: dict[Dimension, tuple[str, str]] = {
 
 
 class UnitError(Exception):
-    """A unit that cannot be read; `problem` says why, `remedy` what to write.
+    """A unit cannot be read; `problem` is the reason, `remedy` what to write.
 
-    `wrong` and `meant` are the part of it that is to be replaced, and with what, where that is known.
+    `wrong` and `meant` are the part to replace and its replacement, where these are known.
     """
 
     def __init__(self, problem: str, remedy: str, wrong: str = "", meant: str = "") -> None:
@@ -107,7 +106,7 @@ class UnitError(Exception):
         self.problem, self.remedy, self.wrong, self.meant = problem, remedy, wrong, meant
 
     def mended(self, text: str) -> str:
-        """The text of the unit as it was meant; empty where that is not known."""
+        """Return the unit's text with the correction; empty if there is none."""
         if not self.meant:
             return ""
         return re.sub(rf"(?<![^\W\d_]){re.escape(self.wrong)}(?![^\W\d_])", self.meant, text)
@@ -115,26 +114,26 @@ class UnitError(Exception):
 
 @dataclass(frozen=True)
 class Measure:
-    """A unit: multiply by `factor` to get SI."""
+    """Factor (multiply to get SI) and dimension of a unit."""
 
     factor: float
     dimension: Dimension
 
 
-def named(dimension: Dimension) -> str:
-    """`a pressure`, or the SI unit where there is no name: `a quantity in kg^2/m`."""
+def dimension_name(dimension: Dimension) -> str:
+    """Return the name of a dimension with its article, `a pressure`, or else its SI unit: `a quantity in kg^2/m`."""
     known = NAMES.get(dimension)
-    return known[0] if known else f"a quantity in {si(dimension)}"
+    return known[0] if known else f"a quantity in {si_unit(dimension)}"
 
 
-def usual(dimension: Dimension) -> str:
-    """Units that people give this dimension in: `Pa, kPa, MPa or GPa`."""
+def usual_units(dimension: Dimension) -> str:
+    """List the usual units of a dimension: `Pa, kPa, MPa or GPa`."""
     known = NAMES.get(dimension)
-    return known[1] if known else si(dimension)
+    return known[1] if known else si_unit(dimension)
 
 
-def si(dimension: Dimension) -> str:
-    """The coherent SI unit, as text that `parse` reads: `kg/m^3`, `Pa`, `1`."""
+def si_unit(dimension: Dimension) -> str:
+    """Return the coherent SI unit as text that `parse` reads: `kg/m^3`, `Pa`, `1`."""
     for name, (factor, own, _) in UNITS.items():
         if own == dimension and factor == 1.0:
             return name
@@ -146,9 +145,9 @@ def si(dimension: Dimension) -> str:
     return "*".join(_power(s, n) for s, n in parts)
 
 
-def of_vector(dimension: Dimension) -> str:
-    """The SI unit that the components of a vector are given in: a vector of J is a moment."""
-    return {(2, 1, -2, 0, 0): "N*m", (0, 1, -2, 0, 0): "N/m"}.get(dimension) or si(dimension)
+def vector_unit(dimension: Dimension) -> str:
+    """Return the SI unit of the components of a vector: a vector in J is a moment, in N*m."""
+    return {(2, 1, -2, 0, 0): "N*m", (0, 1, -2, 0, 0): "N/m"}.get(dimension) or si_unit(dimension)
 
 
 def _base_order(d: Dimension) -> Dimension:
@@ -159,13 +158,13 @@ def _power(symbol: str, exponent: int) -> str:
     return symbol if exponent == 1 else f"{symbol}^{exponent}"
 
 
-def times(a: Dimension, b: Dimension, sign: int = 1) -> Dimension:
-    """Dimension of a product (sign 1) or of a quotient (sign -1)."""
+def multiply_dimensions(a: Dimension, b: Dimension, sign: int = 1) -> Dimension:
+    """Return the dimension of a product (sign 1) or of a quotient (sign -1)."""
     return (a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3], a[4] + sign * b[4])
 
 
-def power(a: Dimension, n: int) -> Dimension:
-    """Dimension of a power."""
+def raise_dimension(a: Dimension, n: int) -> Dimension:
+    """Return the dimension of a power."""
     return (a[0] * n, a[1] * n, a[2] * n, a[3] * n, a[4] * n)
 
 
@@ -175,8 +174,8 @@ _FACTOR = re.compile(r"(°?[A-Za-zµμ%]+|1)(?:\^([+-]?\d+))?")
 
 
 @lru_cache(maxsize=1024)
-def parse(text: str) -> Measure:
-    """`kg/m^3`, `N*m`, `J/(kg*K)`, `mm`, `%`. Raises UnitError."""
+def parse_unit(text: str) -> Measure:
+    """Parse a unit: `kg/m^3`, `N*m`, `J/(kg*K)`, `mm`, `%`. Raises UnitError."""
     parts = _PART.findall(text.replace("·", "*"))
     if not parts or "".join(operator + part for operator, part in parts) != text.replace("·", "*"):
         raise _unreadable(text)
@@ -187,9 +186,9 @@ def parse(text: str) -> Measure:
     factor, dimension = 1.0, NONE
     for operator, part in parts:
         sign = -1 if operator == "/" else 1
-        one = parse(part[1:-1]) if part.startswith("(") else _factor(part, text)
+        one = parse_unit(part[1:-1]) if part.startswith("(") else _factor(part, text)
         factor *= one.factor**sign
-        dimension = times(dimension, one.dimension, sign)
+        dimension = multiply_dimensions(dimension, one.dimension, sign)
         if not SMALLEST <= factor <= LARGEST:
             remedy = f"units are {SMALLEST:g} to {LARGEST:g} times one of SI"
             raise UnitError(f"the unit `{text}` is beyond all sizes", remedy)
@@ -197,11 +196,11 @@ def parse(text: str) -> Measure:
 
 
 def _refuse_names(parts: list[tuple[str, str]], whole: str) -> None:
-    """`GPa*b^4` where `b` may be a name that is declared: without blanks it is taken for a unit."""
+    """Refuse `GPa*b^4` where `b` may be a declared name: without blanks it reads as a unit."""
     for operator, part in parts:
         symbol = part.partition("^")[0]
         named = operator == "*" and re.fullmatch(r"[A-Za-z_]\w*", symbol)
-        if named and symbol not in _MEANT and not _known(symbol):
+        if named and symbol not in _MEANT and not _is_known(symbol):
             first, _, rest = whole.partition(f"*{part}")
             meant = f"{first} * {part}{rest}"
             wrong, remedy = whole, f"if `{symbol}` is a name, put blanks around `*`: `{meant}`"
@@ -212,27 +211,27 @@ def _refuse_names(parts: list[tuple[str, str]], whole: str) -> None:
 
 
 def _factor(part: str, whole: str) -> Measure:
-    """A symbol with its power."""
+    """Parse a symbol with its power."""
     match = _FACTOR.fullmatch(part)
     if match is None:
         raise _unreadable(whole, part)
     base, exponent = _simple(match[1], whole), int(match[2] or 1)
     if abs(exponent) > 12:
         raise UnitError(f"the power in `{whole}` is too large", "powers of units go up to 12")
-    return Measure(base.factor**exponent, power(base.dimension, exponent))
+    return Measure(base.factor**exponent, raise_dimension(base.dimension, exponent))
 
 
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
 def _unreadable(whole: str, part: str = "") -> UnitError:
-    """`m3` and `m²` for `m^3` and `m^2`, a power that is not whole, and what cannot be guessed."""
+    """Return the error for a broken unit: `m3` or `m²` for `m^3` or `m^2`, a fractional power, or anything else."""
     if re.search(r"\^[+-]?\d+\.", part):
         return UnitError(
             f"the power in `{whole}` is not a whole number", "units have whole powers: take a root with `sqrt(...)`"
         )
     meant = re.sub(r"([^\W\d_])(-?\d+)(?=$|[*/)])", r"\1^\2", whole.translate(_RAISED))
-    if meant != whole and _known(meant):
+    if meant != whole and _is_known(meant):
         return UnitError(f"`{whole}` is not a unit", f"write `{meant}`", whole, meant)
     return UnitError(f"`{whole}` is not a unit", "units look like `kPa`, `kg/m^3` or `N*m`, without spaces")
 
@@ -241,21 +240,21 @@ SAME = 1e-9  # relative: factors that are nearer are of one unit
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
 
 
-def named_in(column: str) -> Measure | None:
-    """The unit that the name of a column ends in, as in `Load (N)` or `t [ms]`; None where it is none."""
+def unit_in_column_name(column: str) -> Measure | None:
+    """Return the unit at the end of a column's name, as in `Load (N)` or `t [ms]`; None if there is none."""
     found = _BRACKETS.search(column)
-    return parse(inner) if found and _known(inner := found[1].strip()) else None
+    return parse_unit(inner) if found and _is_known(inner := found[1].strip()) else None
 
 
-def misnamed(column: str, factor: float, dimension: Dimension) -> bool:
-    """Whether the name of a column ends in another unit of its dimension: `Load (N)` where one of it is 1 kN."""
-    said = named_in(column)
+def has_conflicting_unit(column: str, factor: float, dimension: Dimension) -> bool:
+    """Return whether a column's name ends in a different unit of the same dimension: `Load (N)` for values in kN."""
+    said = unit_in_column_name(column)
     return said is not None and said.dimension == dimension and abs(said.factor / factor - 1.0) >= SAME
 
 
-def _known(text: str) -> bool:
+def _is_known(text: str) -> bool:
     try:
-        parse(text)
+        parse_unit(text)
     except UnitError:
         return False
     return True
@@ -294,7 +293,7 @@ _MEANT = {
 
 
 def _hint(symbol: str) -> tuple[str, str]:
-    """What to say of a symbol that is no unit, and the unit that was meant; empty where that is not known."""
+    """Return the advice for an unknown symbol, and the unit that was probably meant, or an empty text."""
     if symbol in ("C", "degC", "°C", "F", "degF", "°F"):
         return "temperatures are in `K`: 20 °C are 293.15 K", ""
     if symbol in _MEANT:
@@ -310,39 +309,39 @@ def _hint(symbol: str) -> tuple[str, str]:
 
 @lru_cache(maxsize=1)
 def _common() -> tuple[str, ...]:
-    """Every unit with every prefix that it takes."""
+    """Return every unit with every prefix that it takes."""
     return tuple(p + u for u, (_, _, prefixed) in UNITS.items() for p in ("", *(PREFIXES if prefixed else ())))
 
 
-def show(value: float, dimension: Dimension) -> str:
-    """A value in SI as people read it: `128.449 mm`, `60 kPa`, `30 deg`; six significant digits."""
+def format_value(value: float, dimension: Dimension) -> str:
+    """Format a value in SI with a fitting unit and six significant digits: `128.449 mm`, `60 kPa`, `30 deg`."""
     factor, unit = _unit_for(value, dimension)
     return f"{value / factor:.6g} {unit}".removesuffix(" 1")
 
 
-def show_all(values: Sequence[float], dimension: Dimension) -> str:
-    """Components of a vector in one unit: `(178, 0, 0) mm`."""
+def format_vector(values: Sequence[float], dimension: Dimension) -> str:
+    """Format the components of a vector in one unit: `(178, 0, 0) mm`."""
     largest = max(values, key=abs)
     factor, unit = _unit_for(largest, dimension)
     return f"({', '.join(f'{v / factor:.6g}' for v in values)}) {unit}".removesuffix(" 1")
 
 
-def show_range(low: float, high: float, dimension: Dimension) -> str:
-    """Two values in one unit: `0 to 178 mm`."""
+def format_range(low: float, high: float, dimension: Dimension) -> str:
+    """Format a range in one unit: `0 to 178 mm`."""
     factor, unit = _unit_for(max(low, high, key=abs), dimension)
     return f"{low / factor:.6g} to {high / factor:.6g} {unit}".removesuffix(" 1")
 
 
-def show_share(share: float) -> str:
-    """A share of a volume in per cent; next to nothing is said to be that."""
+def format_volume_fraction(share: float) -> str:
+    """Format a volume fraction in per cent; a negligible one is described in words."""
     return "less than 0.01 %" if share < LITTLE else f"{100.0 * share:.3g} %"
 
 
 def _unit_for(value: float, dimension: Dimension) -> tuple[float, str]:
-    """The unit that suits the size of a value; that of SI for zero, and where none listed comes near."""
-    choices = _SHOWN.get(dimension, ((1.0, si(dimension)),))
+    """Return the unit that suits the size of a value; the SI unit for zero, and if no listed unit is close."""
+    choices = _SHOWN.get(dimension, ((1.0, si_unit(dimension)),))
     if not choices[-1][0] * 1e-3 <= abs(value) < choices[0][0] * 1e6:
-        return 1.0, si(dimension)
+        return 1.0, si_unit(dimension)
     return next((c for c in choices if abs(value) >= c[0]), choices[-1])
 
 

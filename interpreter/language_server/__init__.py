@@ -1,1 +1,1 @@
-"""What an editor asks of a scene while it is written: the language server."""
+"""Language server: answers an editor's requests about scenes (Language Server Protocol)."""

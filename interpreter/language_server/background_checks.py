@@ -1,8 +1,8 @@
-"""Checking what is open while it is written: the latest state alone, beside the requests and not before them.
+"""Background checks of open documents: only the latest state is checked, without delaying requests.
 
-A change makes a check due, which starts when nothing more has arrived for a moment: names, units and dimensions at
-once, all else in a thread of its own. What that says of a state that is no longer the latest is dropped. Where it takes
-long, what is known at once is said meanwhile, with what was said before of lines that stand there still.
+After a change, a check starts once no further change has arrived for a moment. Names, units and dimensions are checked
+at once, everything else in a separate thread, whose results are dropped if the text has changed meanwhile. If the
+thread takes long, the immediate results are published with the earlier messages of unchanged lines.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from lsprotocol import types
 
-from softmark.interpreter.language.plugin_words import blamed
+from softmark.interpreter.language.plugin_words import find_faulty_plugin
 from softmark.interpreter.language_server.published_diagnostics import START, diagnostics
 from softmark.interpreter.language_server.request_refused import report
 from softmark.interpreter.language_server.text_document import Document
@@ -33,7 +33,7 @@ NEWLY = 0.001  # s, after which a thread lets another one on: an answer must not
 
 @dataclass(frozen=True)
 class Said:
-    """What was said of a state, all of it and what of it was known at once."""
+    """Published diagnostics of one state: all of them, and those that were found at once."""
 
     document: Document
     found: list[types.Diagnostic]
@@ -41,7 +41,7 @@ class Said:
 
 
 class Checks:
-    """The checks of all that is open with a server."""
+    """Scheduler of the checks of all documents that are open with a server."""
 
     def __init__(self, server: LanguageServer, documents: dict[str, Document]) -> None:
         self.server, self.documents = server, documents
@@ -52,21 +52,21 @@ class Checks:
         threading.Thread(target=self._work, name="checks", daemon=True).start()
 
     def warm(self, *jobs: Callable[[], object]) -> None:
-        """Do what the first text will need, before there is one."""
+        """Run jobs that prepare for the first text, before there is one."""
         for job in (*jobs, gc.collect, gc.freeze):
             self.do(job)
 
     def do(self, job: Callable[[], object]) -> None:
-        """Do something in the thread, after what it has to do already."""
+        """Queue a job for the thread."""
         self._jobs.put(job)
 
     def due(self, uri: str) -> None:
-        """The latest state of a text is to be checked."""
+        """Schedule a check of the latest state of a text."""
         self._cancel(uri)
         self._due[uri] = asyncio.get_running_loop().call_later(PAUSE, self._start, uri)
 
     def forget(self, uri: str) -> None:
-        """A text was closed: nothing is said of it any more."""
+        """Drop the checks and messages of a closed text."""
         self._cancel(uri)
         self._said.pop(uri, None)
         self._publish(uri, None, [])
@@ -76,7 +76,7 @@ class Checks:
             waiting.cancel()
 
     def _start(self, uri: str) -> None:
-        """Look at what takes no time, and let the thread look at the rest."""
+        """Run the fast checks now, and queue the slow ones for the thread."""
         self._due.pop(uri, None)
         document = self.documents[uri]
         try:
@@ -90,7 +90,7 @@ class Checks:
         self._jobs.put(lambda: self._check(loop, uri, document, at_once, meanwhile))
 
     def _work(self) -> None:
-        """What the thread does: one job after the other."""
+        """Run queued jobs one after the other, in the thread."""
         while True:
             job = self._jobs.get()
             try:
@@ -127,13 +127,13 @@ class Checks:
 
 
 def failed(error: BaseException) -> list[types.Diagnostic]:
-    """What is said in a scene whose check has failed: where that is a plugin's fault, which and why."""
-    said = blamed(error)
+    """Return the messages for a scene whose check raised an exception; they name the plugin if one caused it."""
+    said = find_faulty_plugin(error)
     return [types.Diagnostic(START, said, types.DiagnosticSeverity.Error, source="softmark")] if said else []
 
 
 def still(before: Said, now: Document) -> list[types.Diagnostic]:
-    """What took long to find of an earlier state, where its lines stand here too, counted from the start or the end."""
+    """Return earlier slow diagnostics that still apply: their lines are unchanged, counted from the start or the end."""
     old, new = (document.text.splitlines() for document in (before.document, now))
     further = len(new) - len(old)
     kept = []

@@ -1,4 +1,4 @@
-"""What may be written at a place: `textDocument/completion`."""
+"""Code completion at a position: `textDocument/completion`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softmark.interpreter.language_server.unit_completion import behind_number, 
 
 
 def complete(document: Document, params: types.CompletionParams) -> types.CompletionList:
-    """All that may stand at a place, what is likeliest first; the word that is there already is written over."""
+    """Return the completions at a position, the likeliest first; they replace the word that is already there."""
     here = around(document, document.offset(params.position))
     found = _fitting(here) if here is not None else ()
     items = [] if here is None else [_item(here, offer, place) for place, offer in enumerate(dict.fromkeys(found))]
@@ -45,5 +45,5 @@ def _item(here: Surroundings, offer: Offer, place: int) -> types.CompletionItem:
 
 
 def plain(snippet: str) -> str:
-    """A snippet for an editor that knows none: the values that it proposes stay."""
+    """Return a snippet as plain text for an editor without snippets, keeping the proposed values."""
     return re.sub(r"\\([\\$}])", r"\1", re.sub(r"\$\{\d+:((?:[^}\\]|\\.)*)\}|\$\d", r"\1", snippet))

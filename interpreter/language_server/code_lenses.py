@@ -1,7 +1,7 @@
-"""What can be done with a scene, over its lines: `textDocument/codeLens`.
+"""Code lenses, commands shown over lines of a scene: `textDocument/codeLens`.
 
-The commands are run by the editor, in a terminal: `softmark.run` as `dsl run`, `softmark.compare` as `dsl compare`,
-`softmark.stress` as `dsl stress`, each with the words that it is given as arguments: the file, and options.
+The editor runs the commands in a terminal: `softmark.run` as `dsl run`, `softmark.compare` as `dsl compare`,
+`softmark.stress` as `dsl stress`, with the file and the options as arguments.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ MANY = 2  # models that can be compared
 
 
 def lenses(document: Document, params: types.CodeLensParams) -> list[types.CodeLens]:
-    """Run and compare over the first line that declares something, run over each model, compare over each study."""
+    """Return the lenses: run and compare over the first declaration, run over each model, compare over each study."""
     if document.file is None:
         return []
     return [_lens(document, span, *words) for span, *words in _offers(document)]
 
 
 def _offers(document: Document) -> Iterator[tuple[tree.Span, str, str, *tuple[str, ...]]]:
-    """Where, what it is called, the command and its options."""
+    """Yield place, title, command and options of each lens."""
     declared = [node for node in document.tree.declarations if isinstance(node, tree.Declare)]
     models = [node for node in declared if node.kind == "model"]
     studies = [node for node in declared if node.kind == "study"]

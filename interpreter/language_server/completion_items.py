@@ -1,6 +1,6 @@
-"""What may stand at a place, by what is due there: `textDocument/completion` shows these.
+"""Completion items by what is expected at a position; `code_completion` returns them to the editor.
 
-To offer more in a field: a function of VALUES, by the field's form.
+To complete a further form of field: add a function to VALUES.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from softmark.interpreter.help.constructor_examples import sample
 from softmark.interpreter.help.reserved_words import CALLS, RESERVED
 from softmark.interpreter.help.word_pages import facts
 from softmark.interpreter.language import units
-from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary, article
+from softmark.interpreter.language.field_schema import Constructor, Field, Vocabulary, indefinite_article
 from softmark.interpreter.language.units import Dimension
 from softmark.interpreter.language_server.cursor_context import Frame, Surroundings
 from softmark.interpreter.language_server.declared_names import declared, dimension, shown
@@ -26,7 +26,7 @@ OPERATORS = frozenset({"SIGN", "TIMES", "CIRCUMFLEX", "COMPARE", "RANGE", "AND",
 
 @dataclass(frozen=True)
 class Offer:
-    """One word: `detail` says in brief what it is, `doc` at length; `snippet` is written in its place, where given."""
+    """One completion: `detail` is its short description, `doc` the long one; `snippet` is inserted instead, if given."""
 
     label: str
     kind: Kind
@@ -36,7 +36,7 @@ class Offer:
 
 
 def offers(here: Surroundings) -> Iterator[Offer]:
-    """All that may stand at a place outside quotes and behind no number."""
+    """Yield all completions at a position that is not inside quotes and not after a number."""
     frame = here.frames[-1] if here.frames else None
     if not here.before:
         yield from _kinds(here.document.vocabulary)
@@ -55,14 +55,17 @@ def _kinds(vocabulary: Vocabulary) -> Iterator[Offer]:
     for kind in vocabulary:
         words = ", ".join(list(vocabulary[kind])[:8])
         yield Offer(
-            kind, Kind.Keyword, f"declares {article(kind)} {kind}", f"`{kind} NAME = CONSTRUCTOR(...)`: {words}, ..."
+            kind,
+            Kind.Keyword,
+            f"declares {indefinite_article(kind)} {kind}",
+            f"`{kind} NAME = CONSTRUCTOR(...)`: {words}, ...",
         )
     for word in STATEMENTS:
         yield Offer(word, Kind.Keyword, "", RESERVED[word])
 
 
 def _outside(here: Surroundings) -> Iterator[Offer]:
-    """Behind the words of a declaration that has no open bracket."""
+    """Yield completions in a declaration outside brackets."""
     last = here.before[-1]
     if here.declares and len(here.before) == 3:
         yield from made(here, here.kind)
@@ -78,7 +81,7 @@ def _outside(here: Surroundings) -> Iterator[Offer]:
 
 
 def _measured(here: Surroundings) -> Iterator[Offer]:
-    """`model.metric`, of the model that is written already or of all."""
+    """Yield `model.metric` of the model already written, or of all models."""
     known = declared(here.document)
     owners = [n for n, kind in known.items() if kind in OWNERS and "." not in n]
     metrics = [n for n, kind in known.items() if kind == "metric" and "." not in n]
@@ -92,7 +95,7 @@ def _measured(here: Surroundings) -> Iterator[Offer]:
 
 
 def _argument(here: Surroundings, frame: Frame) -> Iterator[Offer]:
-    """A field that is not given yet, or the value of the one at hand."""
+    """Yield fields that are not given yet, or values of the current field."""
     if not frame.name and not frame.value and frame.constructor is not None:
         positional = {f.name for f in frame.constructor.fields[: frame.place]}
         for field in frame.constructor.fields:
@@ -106,7 +109,7 @@ def _argument(here: Surroundings, frame: Frame) -> Iterator[Offer]:
 
 
 def _within(here: Surroundings, frame: Frame) -> Iterator[Offer]:
-    """In a group or a list, or in the brackets of a function such as `sin`."""
+    """Yield completions in a group, a list or the brackets of a function such as `sin`."""
     if not _due(frame):
         return
     call = here.call
@@ -119,7 +122,7 @@ def _within(here: Surroundings, frame: Frame) -> Iterator[Offer]:
 
 
 def _due(frame: Frame) -> bool:
-    """Whether a value is due: nothing of it is written, or an operator waits for what follows."""
+    """Return whether a value is expected: none is written yet, or the last token is an operator."""
     return not frame.value or frame.value[-1].kind in OPERATORS
 
 
@@ -127,7 +130,7 @@ def _due(frame: Frame) -> bool:
 
 
 def values(here: Surroundings, field: Field) -> Iterator[Offer]:
-    """What a field takes."""
+    """Yield completions for the value of a field."""
     yield from VALUES.get(field.form, _number)(here, field)
 
 
@@ -139,7 +142,7 @@ def _number(here: Surroundings, field: Field) -> Iterator[Offer]:
 
 
 def numbers(here: Surroundings, due: Dimension | None) -> Iterator[Offer]:
-    """Parameters of a dimension, or of any, and functions of numbers."""
+    """Yield functions of numbers, and parameters of a dimension (of any if None)."""
     for name, kind in declared(here.document).items():
         if kind == "param" and name != here.own and (due is None or dimension(here.document, name) in (due, None)):
             yield Offer(name, Kind.Constant, value_of(here, name))
@@ -149,7 +152,7 @@ def numbers(here: Surroundings, due: Dimension | None) -> Iterator[Offer]:
 
 
 def value_of(here: Surroundings, name: str) -> str:
-    """What a parameter comes to, as people write it; empty where that is not known."""
+    """Return the formatted value of a parameter; empty if unknown."""
     parameter = here.document.known.parameters.get(name)
     if parameter is None:
         return ""
@@ -171,7 +174,7 @@ def _name(here: Surroundings, field: Field) -> Iterator[Offer]:
 
 
 def names(here: Surroundings, *kinds: str) -> Iterator[Offer]:
-    """Declared names of some kinds, but for that of the declaration at hand."""
+    """Yield declared names of some kinds, except that of the current declaration."""
     scene = here.document.known
     for name, kind in declared(here.document).items():
         if kind in kinds and name != here.own:
@@ -189,7 +192,7 @@ def _value(here: Surroundings, field: Field) -> Iterator[Offer]:
 
 
 def made(here: Surroundings, kind: str) -> Iterator[Offer]:
-    """What makes things of a kind."""
+    """Yield the constructors of a kind."""
     known = {of: name for name, of in declared(here.document).items() if name != here.own}  # the last of each kind
     vocabulary = here.document.vocabulary
     for name in vocabulary.get(kind, {}):
@@ -198,9 +201,9 @@ def made(here: Surroundings, kind: str) -> Iterator[Offer]:
 
 
 def snippet(c: Constructor, known: dict[str, str]) -> str:
-    """A call with what is required, each value to be written over: `fem(element = ${1:tet4})$0`.
+    """Return a call with its required fields, each value a placeholder: `fem(element = ${1:tet4})$0`.
 
-    `known` has names that are declared, by their kinds.
+    `known` has declared names by kind, as proposals.
     """
     required = [f for f in c.fields if f.required]
     if not c.fields:
@@ -239,7 +242,7 @@ def _condition(here: Surroundings, field: Field) -> Iterator[Offer]:
 
 
 def _target(here: Surroundings, field: Field) -> Iterator[Offer]:
-    """Parameters, and fields of what is declared."""
+    """Yield parameters, and fields of declarations."""
     scene = here.document.known
     for name, kind in declared(here.document).items():
         if kind == "param":

@@ -1,6 +1,6 @@
-"""What stands around a place of a text, finished or not: the word there, the declaration, and the calls it is within.
+"""Context of the cursor in a text, finished or not: the current word, its declaration, and the open calls.
 
-By tokens alone, without the parser: while something is written, no declaration is whole.
+It uses only tokens, not the parser, since a declaration that is being written is incomplete.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ SEPARATORS = frozenset({"COMMA", "SEMICOLON"})
 
 @dataclass(frozen=True)
 class Frame:
-    """A bracket that is open: of a call, whose `function` is its name, or of a group or a list.
+    """Open bracket of a call named `function`, or of a group or a list.
 
-    `place` counts the arguments before, `name` is that of the argument at hand, where it has one, `value` are the words
-    of it so far; `given` are the fields that are named elsewhere in the call.
+    `place` is the number of arguments before the current one, `name` the current argument's name, if any, and `value`
+    its
+    tokens so far; `given` are the fields named in other arguments of the call.
     """
 
     opener: Token
@@ -37,7 +38,7 @@ class Frame:
 
     @property
     def field(self) -> Field | None:
-        """The field that the argument at hand gives."""
+        """Field that the current argument sets."""
         if self.constructor is None:
             return None
         if self.name:
@@ -47,9 +48,9 @@ class Frame:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """A place: the `word` that ends there and starts at `start`, and what stands before it in its declaration.
+    """Cursor position with the `word` that ends there, its `start`, and the tokens before it in its declaration.
 
-    `text` is what of a text in quotes stands before the place, None outside quotes.
+    `text` is the part of a quoted text before the cursor, None outside quotes.
     """
 
     document: Document
@@ -61,7 +62,7 @@ class Surroundings:
 
     @cached_property
     def frames(self) -> tuple[Frame, ...]:
-        """The brackets that are open, the innermost last."""
+        """Open brackets, the innermost last."""
         found: list[Frame] = []
         opened = _open(self.before)[-DEEPEST:]
         for index in opened:
@@ -71,27 +72,27 @@ class Surroundings:
 
     @property
     def kind(self) -> str:
-        """Of the declaration: the word that it starts with, empty at its start."""
+        """Kind of the declaration, its first word; empty at its start."""
         return self.before[0].text if self.before else ""
 
     @property
     def declares(self) -> bool:
-        """Whether it stands behind `kind NAME =`."""
+        """True after `kind NAME =`."""
         return [t.kind for t in self.before[:3]] == ["NAME", "NAME", "EQUAL"]
 
     @property
     def own(self) -> str:
-        """The name that is declared, empty where there is none."""
+        """Name that is declared, empty if none."""
         return self.before[1].text if self.declares or (self.kind == "param" and len(self.before) > 1) else ""
 
     @property
     def call(self) -> Frame | None:
-        """The innermost call that it is within."""
+        """Innermost open call."""
         return next((frame for frame in reversed(self.frames) if frame.function), None)
 
 
 def around(document: Document, offset: int) -> Surroundings | None:
-    """What stands around a place; None within a comment."""
+    """Return the context of a position, or None inside a comment."""
     comments = document.comments
     last = bisect_left(comments, offset, key=lambda c: c.span.start) - 1
     if last >= 0 and offset <= comments[last].span.end:
@@ -118,7 +119,7 @@ def _is_word(token: Token) -> bool:
 
 
 def _declaration(tokens: list[Token], last: list[Token], document: Document, start: int) -> tuple[Token, ...]:
-    """The words of the declaration that goes on at an offset; none where a new one starts there."""
+    """Return the tokens of the declaration that continues at an offset; empty if a new one starts there."""
     if not tokens:
         return ()
     chunk = Chunk()
@@ -130,7 +131,7 @@ def _declaration(tokens: list[Token], last: list[Token], document: Document, sta
 
 
 def _open(tokens: tuple[Token, ...]) -> list[int]:
-    """Indices of the brackets that are not closed."""
+    """Return the indices of brackets that are not closed."""
     found: list[int] = []
     for index, token in enumerate(tokens):
         if token.kind in OPENERS:
@@ -141,7 +142,7 @@ def _open(tokens: tuple[Token, ...]) -> list[int]:
 
 
 def _frame(here: Surroundings, index: int, outer: list[Frame], later: list[tuple[Token, ...]]) -> Frame:
-    """The bracket of an index, as far as it is written."""
+    """Return the frame of the bracket with an index, as far as it is written."""
     tokens = here.before
     called = index and tokens[index].kind == "LPAR" and tokens[index - 1].kind in NAMES
     function = tokens[index - 1].text if called else ""
@@ -154,7 +155,7 @@ def _frame(here: Surroundings, index: int, outer: list[Frame], later: list[tuple
 
 
 def _arguments(tokens: tuple[Token, ...]) -> list[tuple[Token, ...]]:
-    """What stands between the commas of a bracket that is open, those of brackets within left alone."""
+    """Split the tokens of an open bracket at its commas, ignoring commas of inner brackets."""
     found: list[list[Token]] = [[]]
     depth = 0
     for token in tokens:
@@ -167,7 +168,7 @@ def _arguments(tokens: tuple[Token, ...]) -> list[tuple[Token, ...]]:
 
 
 def _later(here: Surroundings) -> list[tuple[Token, ...]]:
-    """Arguments behind the place, up to the bracket that closes or the end of the line."""
+    """Return the arguments after the cursor, up to the closing bracket or the end of the line."""
     tokens = here.document.tokens
     first = bisect_left(tokens, here.offset, key=lambda t: t.start)
     found, depth = [], 0
@@ -180,14 +181,14 @@ def _later(here: Surroundings) -> list[tuple[Token, ...]]:
 
 
 def _named(argument: tuple[Token, ...]) -> tuple[str, tuple[Token, ...]]:
-    """The name of an argument, empty where it has none, and its value."""
+    """Return the name of an argument, empty if none, and its value."""
     if len(argument) > 1 and argument[0].kind == "NAME" and argument[1].kind == "EQUAL":
         return argument[0].text, argument[2:]
     return "", argument
 
 
 def _constructor(here: Surroundings, function: str, outer: list[Frame]) -> Constructor | None:
-    """What a call makes: of the kind that its declaration or its field takes, or of the first that there is."""
+    """Return the constructor that a call names, of the expected kind or else the first with this name."""
     call = next((frame for frame in reversed(outer) if frame.function), None)
     field = call.field if call else None
     kind = field.kind if field else here.kind

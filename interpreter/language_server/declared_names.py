@@ -1,4 +1,4 @@
-"""What a text declares, finished or not: names by their kinds, and the dimensions of parameters and metrics."""
+"""Names that a text declares, finished or not, with their kinds and the dimensions of parameters and metrics."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def declared(document: Document) -> dict[str, str]:
-    """The kind of every name, `param` of a parameter: those of the text by its words, with those that it uses."""
+    """Return the kind of every name (`param` for a parameter), from the tokens of the text and the scenes that it uses."""
     found = dict(_written(document))
     table = document.known.table
     for name, symbol in table.symbols.items() if table else ():
@@ -30,7 +30,7 @@ def _written(document: Document) -> Iterator[tuple[str, str]]:
 
 
 def dimension(document: Document, name: str) -> Dimension | None:
-    """Of a parameter, or of a metric such as `rod.eta`; None where it is not known."""
+    """Return the dimension of a parameter, or of a metric such as `rod.eta`; None if unknown."""
     scene = document.known
     if (parameter := scene.parameters.get(name)) is not None:
         return parameter.value.dimension
@@ -38,21 +38,21 @@ def dimension(document: Document, name: str) -> Dimension | None:
     if metric is None or metric.kind != "metric":
         return None
     try:
-        return units.parse(metric.thing.unit).dimension
+        return units.parse_unit(metric.thing.unit).dimension
     except (units.UnitError, NotImplementedError, AttributeError):
         return None
 
 
 def shown(value: Value) -> str:
-    """A value as people write it: `178 mm`, `(178, 0, 0) mm`."""
+    """Format a value: `178 mm`, `(178, 0, 0) mm`."""
     if isinstance(value, Quantity):
-        return units.show(value.value, value.dimension)
-    return units.show_all(value.values, value.dimension)
+        return units.format_value(value.value, value.dimension)
+    return units.format_vector(value.values, value.dimension)
 
 
 def in_si(value: Value, digits: int) -> str:
-    """`0.178 m`, `(0, 0, 0.1) m`: in the coherent unit of SI."""
-    unit = units.of_vector(value.dimension) if isinstance(value, VectorValue) else units.si(value.dimension)
+    """Format a value in the coherent SI unit: `0.178 m`, `(0, 0, 0.1) m`."""
+    unit = units.vector_unit(value.dimension) if isinstance(value, VectorValue) else units.si_unit(value.dimension)
     if isinstance(value, Quantity):
         said = f"{value.value:.{digits}g}"
     else:

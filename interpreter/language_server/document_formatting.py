@@ -1,4 +1,4 @@
-"""The canonical form of a text, as `dsl fmt` writes it: `textDocument/formatting`."""
+"""Formatting of a document in the canonical form of `dsl fmt`: `textDocument/formatting`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def formatted(document: Document, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
-    """One change from the first line to the last that differ; a text with errors of syntax is left alone. Raises
-    Refused, with the first of them."""
+    """Return one edit from the first to the last line that differs. Raises Refused with the first syntax error."""
     if document.is_too_large:
         raise Refused(f"left as it is: the text is larger than {LARGEST // 1_000_000} MB")
     try:
@@ -30,7 +29,7 @@ def _reason(problem: CannotFormat) -> str:
 
 
 def _difference(document: Document, new: str) -> types.TextEdit:
-    """What is new between what is the same before and behind: the cursor stays where nothing changes around it."""
+    """Return the edit between the common beginning and end, so that the cursor stays where nothing changes."""
     old = document.text
     start = next((i for i, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), min(len(old), len(new)))
     most = min(len(old), len(new)) - start

@@ -1,4 +1,4 @@
-"""What a text declares, and what of it folds: `textDocument/documentSymbol`, `foldingRange`, `workspace/symbol`."""
+"""Outline and folding ranges: `textDocument/documentSymbol`, `foldingRange`, `workspace/symbol`."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ KINDS = {  # of a declaration: the picture that editors show
 
 
 def symbols(document: Document, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
-    """Every declaration with its kind and constructor, in the order of the text."""
+    """Return every declaration with its kind and constructor, in the order of the text."""
     return [_symbol(document, node) for node in document.tree.declarations if _named(node)]
 
 
 def everywhere(opened: Opened, params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
-    """The declarations of all scenes that are open whose names have the letters that are asked for."""
+    """Return the declarations of all open scenes whose names contain the letters of the query."""
     return [
         types.WorkspaceSymbol(types.Location(uri, document.range(name[1])), name[0], _picture(node))
         for uri, document in opened.documents.items()
@@ -39,7 +39,9 @@ def everywhere(opened: Opened, params: types.WorkspaceSymbolParams) -> list[type
 
 
 def folds(document: Document, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
-    """Declarations and comments of several lines, and paragraphs that a comment is over; in error or not."""
+    """Return folding ranges: declarations and comments of several lines, and paragraphs below a comment, also with
+    errors.
+    """
     found = {start: types.FoldingRange(start, end, kind=kind) for start, end, kind in _folds(document) if end > start}
     return [found[start] for start in sorted(found)]
 
@@ -50,7 +52,7 @@ def _symbol(document: Document, node: tree.Declaration) -> types.DocumentSymbol:
 
 
 def _named(node: tree.Declaration) -> tuple[str, tree.Span] | None:
-    """What a declaration is called in an outline, and where that stands; None of the version and the title."""
+    """Return the name of a declaration in an outline and its place; None for the version and the title."""
     match node:
         case tree.Use():
             return node.alias, node.alias_span
@@ -85,7 +87,7 @@ def _detail(node: tree.Declaration) -> str:
 
 
 def _folds(document: Document) -> Iterator[tuple[int, int, FoldingRangeKind | None]]:
-    """First and last lines, from 0; of those that start in the same line the last counts."""
+    """Yield first and last lines, from 0; of ranges that start in the same line the last counts."""
     spans = [(c.tokens[0].span, c.tokens[-1].span) for c in declarations(document.tokens)]
     own = [(first.line - 1, last.end_line - 1) for first, last in spans]
     comments = [(c.span.line - 1, c.span.line - 1) for c in document.tree.comments if _alone(document, c)]
@@ -97,12 +99,12 @@ def _folds(document: Document) -> Iterator[tuple[int, int, FoldingRangeKind | No
 
 
 def _alone(document: Document, comment: tree.Comment) -> bool:
-    """Whether a comment has its line for itself."""
+    """Return whether a comment is alone on its line."""
     return not document.text[document.starts[comment.span.line - 1] : comment.span.start].strip("\ufeff \t\f\v")
 
 
 def _runs(lines: list[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
-    """Lines that follow one another without a gap."""
+    """Yield groups of consecutive lines without a gap."""
     for _, run in groupby(enumerate(lines), key=lambda pair: pair[1][0] - pair[0]):
         yield [line for _, line in run]
 
@@ -110,7 +112,7 @@ def _runs(lines: list[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
 def _paragraphs(
     comments: list[tuple[int, int]], own: list[tuple[int, int]]
 ) -> Iterator[tuple[int, int, FoldingRangeKind | None]]:
-    """What stands below a comment, up to the next empty line or comment of its own."""
+    """Yield the lines below a comment, up to the next empty line or full-line comment."""
     starts = dict(own)
     for run in _runs(comments):
         end = run[-1][0]

@@ -1,7 +1,7 @@
-"""Plugins whose words an editor knows: those that the command line or its settings name, and no others.
+"""Plugins in an editor: only those named on the command line or in the editor's settings.
 
-They are loaded beside the requests, anew where their text has changed; until then nothing is checked, so that no word
-of theirs is called unknown. What is wrong with one is shown as a message, once, and the others stand.
+They are loaded in the thread of checks, and again after a change of their file. Checks wait until then, so that words
+of a plugin are not reported as unknown. Errors of a plugin are shown once, and the other plugins remain usable.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lsprotocol import types
 from pygls.uris import to_fs_path
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.plugin_words import told
+from softmark.interpreter.language.plugin_words import format_exception
 from softmark.interpreter.validation.constructor_registry import CATALOGUE, vocabulary_with
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ FORM = 'the setting softmark.plugins is a list of Python files or names of insta
 
 
 class Plugins:
-    """The plugins of an editor and the words that there are with them; `renewed` is called once they are loaded."""
+    """Plugins of an editor and the vocabulary with them; `renewed` is called after each loading."""
 
     def __init__(
         self, server: LanguageServer, started: Sequence[str], do: Callable[[Callable[[], object]], None],
@@ -43,7 +43,7 @@ class Plugins:
         self._shown: set[str] = set()
 
     def configure(self, settings: Any) -> None:
-        """Take what settings name; those that say nothing about softmark change nothing."""
+        """Read plugin names from the editor's settings; settings without a softmark section change nothing."""
         own = settings.get("softmark") if isinstance(settings, dict) else None
         if not isinstance(own, dict) or "plugins" not in own:
             return
@@ -54,7 +54,7 @@ class Plugins:
             self._show(FORM)
 
     def load(self) -> None:
-        """Load what is named, and what has changed since it was."""
+        """Load named plugins, and those that have changed since they were loaded."""
         named = (*self._started, *self._set)
         if not named and not self.vocabulary.plugins and not self.loading:
             return
@@ -64,13 +64,13 @@ class Plugins:
         self._do(partial(self._load, loop, self._latest, named, late))
 
     def has(self, uris: Sequence[str]) -> bool:
-        """Whether one of these is the file of a plugin, or may be that of one that is not there yet."""
+        """Return whether one of these URIs is, or may become, the file of a plugin."""
         files = {os.path.realpath(path) for uri in uris if uri.endswith(SUFFIX) and (path := to_fs_path(uri))}
         named = {os.path.realpath(one) for one in (*self._started, *self._set)}
         return bool(files & (named | {plugin.file for plugin in self.vocabulary.plugins}))
 
     def _placed(self, named: str) -> str:
-        """The whole path of a file, which stands in the folder that is open; names of installed plugins stay."""
+        """Return the absolute path of a file in the open folder; names of installed plugins stay as they are."""
         root = self.server.workspace.root_path
         by_path = named.endswith(SUFFIX) or "/" in named or os.sep in named
         return str(Path(root or "", named).absolute()) if by_path else named
@@ -78,11 +78,14 @@ class Plugins:
     def _load(
         self, loop: asyncio.AbstractEventLoop, which: object, named: Sequence[str], late: asyncio.TimerHandle
     ) -> None:
-        """In the thread of checks, which nothing that a plugin does may end."""
+        """Load plugins in the thread of checks, which must survive any exception of a plugin."""
         try:
             vocabulary, found = vocabulary_with(named)
         except BaseException as error:
-            vocabulary, found = CATALOGUE, [Diagnostic("E731", f"plugins cannot be loaded: {told(error)}", None, None)]
+            vocabulary, found = (
+                CATALOGUE,
+                [Diagnostic("E731", f"plugins cannot be loaded: {format_exception(error)}", None, None)],
+            )
         loop.call_soon_threadsafe(self._loaded, which, vocabulary, found, late)
 
     def _loaded(self, which: object, vocabulary: Any, found: Sequence[Diagnostic], late: asyncio.TimerHandle) -> None:
@@ -104,6 +107,6 @@ class Plugins:
 
 
 def in_brief(found: Diagnostic) -> str:
-    """A message with its line and its help, on one line."""
+    """Return a message with its line and its help on one line."""
     line = f" (line {found.span.line})" if found.span else ""
     return f"{found.code}: {found.message}{line}" + (f"; {found.help}" if found.help else "")

@@ -1,4 +1,4 @@
-"""Names of files in quotes: scenes after `use`, files that fields take, and data sets."""
+"""Completion of file names in quotes: scenes after `use`, files of fields, and data sets."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST = 500  # names of a folder
 
 
 def files(here: Surroundings) -> Iterator[Offer]:
-    """What a name that is begun may go on as; whole names, since editors take `/` for the end of a word."""
+    """Yield completions of a begun file name, as whole names, since editors take `/` for the end of a word."""
     frame = here.call
     if here.kind == "use" and len(here.before) == 1:
         yield from _scenes(here)
@@ -35,7 +35,7 @@ def _scenes(here: Surroundings) -> Iterator[Offer]:
 
 
 def _below(folder: Path, begun: str, suffix: str) -> Iterator[Offer]:
-    """Files and folders beside those that a name leads to."""
+    """Yield files and folders in the folder of a begun name."""
     inner = begun.rpartition("/")[0]
     try:
         with os.scandir(folder / inner) as found:

@@ -1,7 +1,7 @@
-"""What changes while scenes are open: settings, reports, whose numbers stand beside lines, used scenes, and plugins.
+"""Reaction to changes while scenes are open: settings, reports with displayed results, used scenes, and plugins.
 
-An editor that can be asked to tells of them (`workspace/didChangeWatchedFiles`); another shows what is new after the
-next change of the text.
+An editor that supports it reports changed files (`workspace/didChangeWatchedFiles`); with others, changes appear after
+the next edit of the text.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ WATCHED = ("**/report.json", f"**/*{SUFFIX}", f"**/*{editor_plugins.SUFFIX}")
 
 
 def watch(opened: Opened, params: types.InitializedParams) -> None:
-    """Ask an editor to tell of changes, where it lets itself be asked."""
+    """Ask the editor to report file changes, if it supports this."""
     can = opened.server.client_capabilities.workspace
     if can is None or can.did_change_watched_files is None or not can.did_change_watched_files.dynamic_registration:
         return
@@ -27,13 +27,13 @@ def watch(opened: Opened, params: types.InitializedParams) -> None:
 
 
 def saved(opened: Opened, params: types.DidSaveTextDocumentParams) -> None:
-    """Look again at a scene that is written to its file: at meshes, tables and plugins as well, wherever they are."""
+    """Check a saved scene again, including its meshes, tables and plugins."""
     opened.plugins.load()
     opened.again(params.text_document.uri)
 
 
 def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
-    """Look again at what lies in files: of scenes that are open anew, and at the numbers beside their lines."""
+    """Check open scenes again after changes of files, and refresh the results shown beside their lines."""
     if opened.plugins.has([change.uri for change in params.changes]):
         opened.plugins.load()
     if any(change.uri.endswith(SUFFIX) for change in params.changes):
@@ -45,6 +45,6 @@ def changed(opened: Opened, params: types.DidChangeWatchedFilesParams) -> None:
 
 
 def configured(opened: Opened, params: types.DidChangeConfigurationParams) -> None:
-    """Settings have changed, which may name other plugins."""
+    """Apply changed settings, which may name other plugins."""
     opened.plugins.configure(params.settings)
     opened.plugins.load()

@@ -1,4 +1,4 @@
-"""Where names are declared and where they are used: `textDocument/definition`, `references`, `documentHighlight`."""
+"""Definition and uses of names: `textDocument/definition`, `references`, `documentHighlight`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ START = types.Range(types.Position(0, 0), types.Position(0, 0))
 
 
 def definition(document: Document, params: types.DefinitionParams) -> types.Location | None:
-    """Where the name at a place is declared, in this file or in another; of the name of a file, the file."""
+    """Return the place where the name at a position is declared; for a file name, the file."""
     offset = document.offset(params.position)
     if (found := at(document, offset)) is not None:
         target = found.target
@@ -30,7 +30,7 @@ def definition(document: Document, params: types.DefinitionParams) -> types.Loca
 
 
 def references(opened: Opened, params: types.ReferenceParams) -> list[types.Location]:
-    """All places of the name at a place: in the scene, in what it uses, and in scenes around that use its file."""
+    """Return all uses of the name at a position: in the scene, in scenes that it uses, and in scenes that use its file."""
     document = opened.documents[params.text_document.uri]
     found = at(document, document.offset(params.position))
     if found is None:
@@ -40,7 +40,7 @@ def references(opened: Opened, params: types.ReferenceParams) -> list[types.Loca
 
 
 def highlights(document: Document, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
-    """The places of a name in the text itself."""
+    """Return the uses of a name in the text itself."""
     found = at(document, document.offset(params.position))
     if found is None:
         return []
@@ -52,7 +52,7 @@ def highlights(document: Document, params: types.DocumentHighlightParams) -> lis
 
 
 def everywhere(opened: Opened, uri: str, target: Target, declared: bool = True) -> Iterator[tuple[str, types.Range]]:
-    """All places of a name, each once; those in files that are open are those of the open texts."""
+    """Yield all uses of a name, each once; for open files, those in the open texts."""
     document, seen = opened.documents[uri], set()
     known = {d.file.resolve() for d in opened.documents.values() if d.file}
     for own, its in ((uri, document), *_around(opened, uri, target)):
@@ -68,12 +68,12 @@ def everywhere(opened: Opened, uri: str, target: Target, declared: bool = True) 
 
 
 def uri_of(text: Document, uri: str, document: Document) -> str:
-    """Of a text that a scene is made of; `uri` is that of the scene's own."""
+    """Return the URI of a text that a scene consists of; `uri` is that of the scene itself."""
     return uri if text is document or text.file is None else text.file.resolve().as_uri()
 
 
 def _around(opened: Opened, uri: str, target: Target) -> Iterator[tuple[str, Document]]:
-    """Other scenes, open or in the folder of the file that declares a name, that may use it from there."""
+    """Yield other scenes, open or in the folder of the declaring file, that may use the name."""
     home = target.module.file
     if home is None:
         return
@@ -94,12 +94,12 @@ def _around(opened: Opened, uri: str, target: Target) -> Iterator[tuple[str, Doc
 
 
 def _may_use(text: str, home: Path, name: str) -> bool:
-    """Whether a text may use a file and has one of its names: most do not, and are not parsed."""
+    """Return whether a text may use a file and one of its names: a quick filter that avoids parsing most texts."""
     return name in text and re.search(rf'\buse[^"\n]*"[^"\n]*{re.escape(home.name)}"', text) is not None
 
 
 def _file_named(document: Document, offset: int) -> Path | None:
-    """The file that a text in quotes at a place names: a scene that is used, a mesh, a measurement."""
+    """Return the file that a quoted text at a position names: a used scene, a mesh, a measurement."""
     for node in document.tree.declarations:
         if not node.span.start <= offset <= node.span.end:
             continue
@@ -113,7 +113,7 @@ def _file_named(document: Document, offset: int) -> Path | None:
 
 
 def _used(document: Document, node: tree.Use) -> Path | None:
-    """The file of a scene that is used, as far as it could be read."""
+    """Return the file of a used scene, if it could be read."""
     return next((m.file for m in document.table.modules if m.prefix == f"{node.alias}."), None)
 
 

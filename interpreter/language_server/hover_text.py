@@ -1,4 +1,4 @@
-"""What a word means: `textDocument/hover`. Meaning, range, default, and what a quantity is in SI."""
+"""Hover text of words: `textDocument/hover`, with meaning, range, default, and quantities in SI."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
-    """What is said of the word at a place, None where that is nothing."""
+    """Return the hover text of the word at a position, or None."""
     index = _at(document, document.offset(params.position))
     if index is None:
         return None
@@ -32,7 +32,7 @@ def hover(document: Document, params: types.HoverParams) -> types.Hover | None:
 
 
 def _at(document: Document, offset: int) -> int | None:
-    """The word that an offset is in or at the start of, or else at the end of."""
+    """Return the index of the token at an offset: inside it, at its start, or else at its end."""
     index = bisect_left(document.tokens, offset + 1, key=lambda t: t.start) - 1
     near = [i for i in (index, index - 1) if i >= 0 and offset <= document.tokens[i].end]
     return next((i for i in near if document.tokens[i].kind in (*NAMES, "NUMBER", "UNIT")), near[0] if near else None)
@@ -52,7 +52,7 @@ def _said(document: Document, index: int, token: Token) -> str:
 
 
 def _quantity(tokens: list[Token], index: int) -> str:
-    """A number with its unit in SI, or what a unit is."""
+    """Return a number with its unit in SI, or the explanation of a unit."""
     number, unit = (tokens[index], tokens[index + 1 : index + 2]) if tokens[index].kind == "NUMBER" else (None, [])
     if number is None:
         unit, before = [tokens[index]], tokens[index - 1] if index else None
@@ -60,21 +60,23 @@ def _quantity(tokens: list[Token], index: int) -> str:
     if not unit or unit[0].kind != "UNIT":
         return ""
     try:
-        measure = units.parse(unit[0].text)
+        measure = units.parse_unit(unit[0].text)
     except units.UnitError:
         return ""
     if number is None:
         return hover_markdown.prose(unit_page(unit[0].text) or "")
     value = float(number.text) * measure.factor
-    said = f"{value:.9g} {units.si(measure.dimension)}".removesuffix(" 1")
-    return f"`{number.text} {unit[0].text}` is {units.named(measure.dimension)}: **{hover_markdown.prose(said)}**"
+    said = f"{value:.9g} {units.si_unit(measure.dimension)}".removesuffix(" 1")
+    return (
+        f"`{number.text} {unit[0].text}` is {units.dimension_name(measure.dimension)}: **{hover_markdown.prose(said)}**"
+    )
 
 
 # ------------------------------------------------------------------ names
 
 
 def _name(here: Surroundings, name: str, following: str) -> str:
-    """What a name means where it stands: a kind, a field, a constructor, a choice, or what is declared."""
+    """Return the meaning of a name at its place: a kind, a field, a constructor, a choice, or a declaration."""
     frame = here.frames[-1] if here.frames else None
     if not here.before and name in here.document.vocabulary:
         return _page(here, name)
@@ -87,7 +89,7 @@ def _name(here: Surroundings, name: str, following: str) -> str:
 
 
 def _called(here: Surroundings, name: str) -> str:
-    """A constructor, of the kind that is due where there are several, or a function."""
+    """Return the text of a constructor, of the expected kind if there are several, or of a function."""
     field = here.call.field if here.call else None
     kind = field.kind if field else here.kind
     words = here.document.vocabulary
@@ -97,7 +99,7 @@ def _called(here: Surroundings, name: str) -> str:
 
 
 def _of_field(here: Surroundings, name: str) -> str:
-    """A choice of a field, an element, or a constructor without brackets."""
+    """Return the text of a choice of a field, an element, or a constructor without brackets."""
     field = here.call.field if here.call else None
     if field is None:
         return ""
@@ -124,7 +126,7 @@ def _page(here: Surroundings, name: str) -> str:
 
 
 def _declared(document: Document, name: str) -> str:
-    """A parameter with its value, or a declaration with what it is; of `rod.eta` both."""
+    """Return the text of a parameter with its value, or of a declaration; for `rod.eta`, of model and metric."""
     scene = document.known
     if (parameter := scene.parameters.get(name)) is not None:
         return _parameter(parameter)
@@ -150,4 +152,4 @@ def _source(text: str) -> str:
 
 
 def _in_si(value: Value) -> str:
-    return hover_markdown.prose(f"{units.named(value.dimension)}, {in_si(value, 9)}")
+    return hover_markdown.prose(f"{units.dimension_name(value.dimension)}, {in_si(value, 9)}")

@@ -1,7 +1,7 @@
-"""What stands beside the text without being in it: `textDocument/inlayHint`.
+"""Inlay hints shown after parts of the text: `textDocument/inlayHint`.
 
-Values in SI of parameters and of what calls are given, where the text has another unit or an expression; and what was
-measured last beside expectations and metrics (`measured_values.py`).
+They give the SI values of parameters and arguments written in another unit or as an expression, and the last results
+of expectations and metrics (`measured_values.py`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from lsprotocol import types
 
 from softmark.grammar import tree
 from softmark.interpreter.language import units
-from softmark.interpreter.language.expression_evaluation import Bad, Evaluator
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Evaluator
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language_server.declared_names import in_si
 from softmark.interpreter.language_server.measured_values import Measured, evidence
@@ -24,7 +24,7 @@ DIGITS = 6
 
 
 def hints(document: Document, params: types.InlayHintParams) -> list[types.InlayHint]:
-    """Those of a range."""
+    """Return the hints in a range."""
     first, last = params.range.start.line, params.range.end.line
     nodes = [n for n in document.tree.declarations if n.span.line - 1 <= last and n.span.end_line - 1 >= first]
     found = [*_values(document, nodes), *_evidence(document, nodes)]
@@ -35,7 +35,7 @@ def hints(document: Document, params: types.InlayHintParams) -> list[types.Inlay
 
 
 def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
-    """`= 0.178 m` behind what is written otherwise."""
+    """Yield hints such as `= 0.178 m` after values that are not written in SI."""
     scope = document.scope  # with diagnostics of its own: those of the scene may be full
     table = scope.table
     if not table.modules:
@@ -49,7 +49,7 @@ def _values(document: Document, nodes: list[tree.Declaration]) -> Iterator[types
 
 
 def _valued(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Expression]:
-    """The expressions of a declaration that come to numbers."""
+    """Yield the expressions of a declaration that have numeric values."""
     if isinstance(node, tree.Param):
         yield node.value
     elif isinstance(node, tree.Declare) and isinstance(node.value, tree.Call):
@@ -69,18 +69,18 @@ def _arguments(node: tree.Call, vocabulary: Vocabulary, kind: str) -> Iterator[t
 
 
 def _in_si(node: tree.Expression, evaluator: Evaluator) -> str:
-    """What an expression comes to, empty where it says so itself or comes to nothing."""
+    """Return the value of an expression in SI; empty if it is written so, or cannot be evaluated."""
     if _plain(node):
         return ""
     try:
         value = evaluator.values(node) if isinstance(node, tree.List) else evaluator.value(node)
-    except Bad:
+    except EvaluationError:
         return ""
     return in_si(value, DIGITS)
 
 
 def _plain(node: tree.Expression) -> bool:
-    """Whether it is a number in SI, or several."""
+    """Return whether an expression is one or several numbers in SI."""
     match node:
         case tree.Number():
             return _is_si(node.unit)
@@ -95,7 +95,7 @@ def _is_si(unit: tree.Unit | None) -> bool:
     if unit is None:
         return True
     try:
-        return units.parse(unit.text).factor == 1.0
+        return units.parse_unit(unit.text).factor == 1.0
     except units.UnitError:
         return True
 
@@ -104,7 +104,7 @@ def _is_si(unit: tree.Unit | None) -> bool:
 
 
 def _evidence(document: Document, nodes: list[tree.Declaration]) -> Iterator[types.InlayHint]:
-    """What the last report says of expectations and metrics, at the ends of their lines."""
+    """Yield the last report's results of expectations and metrics, at the ends of their lines."""
     known = evidence(document) if any(isinstance(n, tree.Expect | tree.Declare) for n in nodes) else None
     if known is None:
         return

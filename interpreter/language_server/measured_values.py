@@ -1,8 +1,8 @@
-"""What was measured last beside each `expect` and each metric, from the reports that runs left in folders around.
+"""Latest results of each `expect` and each metric, from reports in nearby folders.
 
-A report is of a scene by the name of its file; whether it is of this text its digest says, and whether the scenes that
-it uses and the files that it names are those of the run, when they were written. Reports are read where `dsl run`
-leaves them, in NAME-report/ of the folder of the scene, of one above it, or of the working folder.
+A report belongs to a scene by its file name. It is current if its digest fits the text, and if the used scenes and
+named files have not been written since the run. Reports are searched where `dsl run` writes them: in NAME-report/ of
+the scene's folder, of a folder above it, or of the working folder.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from typing import Any
 
 from softmark.grammar import tree
 from softmark.interpreter.language.compiled_scene import Expectation, Location
-from softmark.interpreter.language.number_formatting import quantity
-from softmark.interpreter.language.scene_sources import named
+from softmark.interpreter.language.number_formatting import format_quantity
+from softmark.interpreter.language.scene_sources import find_quoted_paths
 from softmark.interpreter.language_server.text_document import Document
 from softmark.interpreter.report.run.tables.error_statement_table import beside
 from softmark.interpreter.results.error_statements import StatedError
@@ -41,7 +41,7 @@ Json = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Measured:
-    """What is said beside a line, what is said over it, and whether it is of the text as it is now."""
+    """Hint beside a line with its tooltip, and whether it fits the current text."""
 
     text: str
     more: str
@@ -50,7 +50,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Evidence:
-    """A report of a scene, as its file has it."""
+    """Report of a scene, as read from its file."""
 
     file: Path
     report: Json
@@ -59,11 +59,11 @@ class Evidence:
 
     @property
     def current(self) -> bool:
-        """Whether it is of all that the scene is made of, as that is now."""
+        """True if the report fits the current scene and all its files."""
         return self.same and not self.since
 
     def of(self, document: Document, node: tree.Declaration) -> Measured | None:
-        """What is known of an expectation or a metric; None of other declarations, and of what was not measured."""
+        """Return the result of an expectation or a metric; None for other declarations and without a result."""
         said = None
         if isinstance(node, tree.Expect):
             said = self._expectation(document, node)
@@ -81,13 +81,13 @@ class Evidence:
 
     @property
     def _given(self) -> list[str]:
-        """The overrides that it was run with."""
+        """Overrides of the run."""
         over = self.report["scene"].get("overrides") or []
         return [f"with {', '.join(map(str, over))}"] if over else []
 
     @property
     def _from(self) -> str:
-        """Where it comes from."""
+        """Return the source of the report, in words."""
         when = str((self.report.get("environment") or {}).get("started") or "").replace("T", " ")
         what = f"What it reads, {self.since}," if self.same else "The scene"
         changed = "" if self.current else f"{what} has changed since: run it again to see what holds now. "
@@ -96,7 +96,7 @@ class Evidence:
     # ------------------------------------------------------------------ expectations
 
     def _expectation(self, document: Document, node: tree.Expect) -> tuple[str, list[str]] | None:
-        """The verdict with the number that it is about, and why."""
+        """Return the verdict with its number, and the reasons."""
         text = Expectation(node.condition, Location(document.source, node.span)).text
         judged = [e for e in self.report["expectations"] if e["text"] == text]
         if not judged:
@@ -109,7 +109,7 @@ class Evidence:
         return said, [f"**{verdict}**" + (f": {value}" if value else ""), *([reason] if reason else [])]
 
     def _about(self, node: tree.Expect, own: Json) -> str:
-        """The number that an expectation is about, the first of its comparison; of a metric with its error."""
+        """Return the first number of an expectation's comparison, with the error if it is a metric."""
         value, unit = own.get("value"), own.get("unit")
         if value is None:
             return ""
@@ -123,7 +123,7 @@ class Evidence:
     # ------------------------------------------------------------------ metrics
 
     def _metric(self, name: str) -> tuple[str, list[str]] | None:
-        """Its value of each model and reference, and how many expectations of it are met."""
+        """Return a metric's value for each model and reference, and how many of its expectations are met."""
         rows = list(self._values(name))
         if not rows:
             return None
@@ -137,7 +137,7 @@ class Evidence:
         return said + (f"; {expected}" if expected else ""), table + ([expected] if expected else [])
 
     def _values(self, name: str) -> Iterator[tuple[str, str]]:
-        """Who has it, and what it comes to, or why there is no value."""
+        """Yield each model or reference with its value, or the reason why it has none."""
         for owner, result in {**self.report["models"], **self.report["references"]}.items():
             found = (result.get("metrics") or {}).get(name)
             if found is None:
@@ -151,7 +151,7 @@ class Evidence:
 
     @cached_property
     def _models(self) -> dict[str, ModelResult]:
-        """What models state of their answers."""
+        """Results of the models, with their stated errors."""
         return {
             name: ModelResult(name, str(m.get("status")), None, "", stated={
                 n: StatedError.from_json(s) for n, s in (m.get("stated") or {}).items()
@@ -161,7 +161,7 @@ class Evidence:
 
 
 def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> str:
-    """A value, and what its model states of it: `3.32 mm ± 0.25`."""
+    """Format a value with the error that its model states: `3.32 mm ± 0.25`."""
     said = model.stated.get(metric) if model else None
     if said is None or said.value is None:
         return _amount(value, unit)
@@ -169,13 +169,13 @@ def _shown(value: float, unit: str, model: ModelResult | None, metric: str) -> s
 
 
 def _judged(found: Json) -> str:
-    """What a metric says of its own value: whether it is in time, and whether it is more than nothing."""
+    """Return the remarks of a metric on its value: reached within time or not, larger than its error or not."""
     own = "" if "verdict" not in found else ", in time" if found["verdict"] else ", NOT in time"
     return own + ("" if found.get("meaningful", True) else ", within the uncertainty of the reference")
 
 
 def _amount(value: float, unit: str) -> str:
-    return quantity(value, unit, DIGITS, percent=True)
+    return format_quantity(value, unit, DIGITS, percent=True)
 
 
 def _short(reason: str) -> str:
@@ -186,7 +186,7 @@ def _short(reason: str) -> str:
 
 
 def evidence(document: Document) -> Evidence | None:
-    """The report of a scene: one of this text, else the one that was written last; None where there is none."""
+    """Return the report of a scene: one of the current text, else the latest one; None if there is none."""
     if document.file is None:
         return None
     found = [(file, report) for file, _, report in _reports(document.file)]
@@ -200,12 +200,12 @@ def evidence(document: Document) -> Evidence | None:
 
 
 def _since(document: Document, file: Path, report: Json) -> str:
-    """What the scene reads that was written, or put in its place, after a run began; empty where nothing was."""
+    """Return the file read by the scene that was written or replaced after the run began; empty if there is none."""
     plugins = report["scene"].get("plugins") or ()
     if not plugins and any(d.severity == "error" for d in document.found):
         return "state of its files"  # the same text was run
     texts = [m for m in document.table.modules if m.file is None or not m.file.is_relative_to(ROOT)]
-    used = [path for text in texts for path in named(text.source.text, text.folder)]
+    used = [path for text in texts for path in find_quoted_paths(text.source.text, text.folder)]
     used += [file.parent.parent / str(plugin["file"]) for plugin in plugins]
     try:
         begun = datetime.fromisoformat(report["environment"]["started"]).timestamp()
@@ -215,7 +215,7 @@ def _since(document: Document, file: Path, report: Json) -> str:
 
 
 def _written(path: Path) -> float:
-    """When a file, or anything in a folder, was written or came to its name; 0 of what is not there."""
+    """Return the time when a file, or anything in a folder, was written or renamed; 0 if it does not exist."""
     from itertools import islice
 
     try:
@@ -230,7 +230,7 @@ def _written(path: Path) -> float:
 
 
 def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
-    """Reports of the file of a scene with when they were written, the latest first."""
+    """Yield the reports of a scene's file with the times of writing, the latest first."""
     own = scene.resolve()
     folders = dict.fromkeys([own.parent, *list(own.parents)[1 : ABOVE + 1], Path.cwd()])
     found = []
@@ -247,7 +247,7 @@ def _reports(scene: Path) -> Iterator[tuple[Path, int, Json]]:
 
 
 def _is_of(scene: Path, folder: Path, file: str) -> bool:
-    """Whether a report in a folder is of a scene: by the file's name, where that name leads to no other scene."""
+    """Return whether a report belongs to a scene: by the file's name, unless that name leads to another scene."""
     if Path(file).name != scene.name:
         return False
     try:
@@ -259,7 +259,7 @@ def _is_of(scene: Path, folder: Path, file: str) -> bool:
 
 @lru_cache(maxsize=8)
 def _read(file: Path, written: int, size: int) -> Json | None:
-    """A report as it was at a time; None of what is none."""
+    """Read a report written at a time, cached; None if it is not a report."""
     try:
         report = json.loads(read_regular(file, LARGEST))
         whole = report["schema"] == SCHEMA and isinstance(report["scene"], dict)

@@ -1,8 +1,8 @@
-"""Reading JSON-RPC messages of an editor: what is malformed is answered with an error, and the next one is read.
+"""Reader of an editor's JSON-RPC messages that answers malformed ones with an error and continues.
 
-pygls logs a traceback of such a message, answers nothing, and takes all the memory that a header asks for. This reader
-stands in front of it and hands on only whole messages; in place of a malformed one it hands on a notification,
-MALFORMED, for which the protocol sends the error.
+pygls logs a traceback for such a message, sends no answer, and allocates all the memory that a header announces. This
+reader passes only whole messages to pygls. For a malformed one it passes the notification MALFORMED, for which the
+protocol sends the error.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PARSE_ERROR, INVALID_REQUEST = -32700, -32600  # JSON-RPC 2.0, section 5.1
 
 
 class MessageReader:
-    """The stream of an editor with `readline` and `read`, of which pygls reads headers and bodies."""
+    """Input stream with `readline` and `read`, from which pygls reads headers and bodies."""
 
     def __init__(self, incoming: BinaryIO) -> None:
         self._incoming = incoming
@@ -68,7 +68,7 @@ class MessageReader:
 
 
 def _checked(body: bytes) -> bytes:
-    """Return a message as it is, or the notification that stands for a malformed one."""
+    """Return a well-formed message unchanged, or the notification that replaces a malformed one."""
     try:
         found: Any = json.loads(body)
     except (ValueError, RecursionError) as error:  # numbers of thousands of digits, and nests of brackets, too

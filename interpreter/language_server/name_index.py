@@ -1,7 +1,7 @@
-"""Every name of a scene where it stands, and what it stands for: across dots, and across the scenes that it uses.
+"""Index of every name in a scene and its target, through dots and across used scenes.
 
-A name with dots is several: in `tissue.liver` the alias of a `use` and a declaration of the scene behind it, in
-`rod.eta` a model and a metric, in `gel.poisson` a material and a field, which is no name of the scene's.
+A dotted name has several parts: `tissue.liver` is the alias of a `use` and a declaration in the used scene, `rod.eta` a
+model and a metric, `gel.poisson` a material and a field, which is not a name of the scene.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from softmark.grammar import tree
 from softmark.grammar.tree import Span
-from softmark.interpreter.language.expression_evaluation import before_at
+from softmark.interpreter.language.expression_evaluation import metric_before_at
 from softmark.interpreter.language.field_schema import Field, Vocabulary
 from softmark.interpreter.language.scene_sources import Module, ModuleTable
 from softmark.interpreter.language_server.text_document import Document
@@ -24,7 +24,7 @@ ALIAS = "use"  # the kind of a name that a `use` gives
 
 @dataclass(frozen=True)
 class Target:
-    """What a name stands for: a declaration, or a `use` that gives it; `span` is where its name is declared."""
+    """Declaration of a name, or the `use` that introduces it; `span` is the place of the name there."""
 
     kind: str
     name: str
@@ -33,13 +33,13 @@ class Target:
 
     @property
     def key(self) -> tuple[object, str]:
-        """The same of all names of one thing: of which text it is, and its name there."""
+        """Key shared by all names of one object: its text, and its name there."""
         return text_of(self.module), self.name
 
 
 @dataclass(frozen=True)
 class Occurrence:
-    """One part of a name: where it stands in a text, and for what."""
+    """One part of a name: its place in a text and its target."""
 
     module: Module
     span: Span
@@ -48,7 +48,7 @@ class Occurrence:
 
 
 def text_of(module: Module) -> object:
-    """What makes a text the same text: its file, or without one its name."""
+    """Return the identity of a text: its file, or its name if it has no file."""
     return _resolved(module.file) if module.file else module.source.name
 
 
@@ -58,7 +58,7 @@ def _resolved(file: Path) -> Path:
 
 
 def occurrences(table: ModuleTable, module: Module) -> Iterator[Occurrence]:
-    """All names of a text of a scene, in the order in which they stand."""
+    """Yield all names of a text, in their order."""
     known = Known(table)
     for node in module.tree.declarations:
         declared = known.declared(module, node)
@@ -69,14 +69,14 @@ def occurrences(table: ModuleTable, module: Module) -> Iterator[Occurrence]:
 
 
 def at(document: Document, offset: int) -> Occurrence | None:
-    """The name at a place of the scene's own text; at the end of one it is still that."""
+    """Return the name at a position of the scene's own text, also at its end."""
     table = document.table
     found = occurrences(table, table.modules[0]) if table.modules else ()
     return next((one for one in found if one.span.start <= offset <= one.span.end), None)
 
 
 def uses(document: Document, target: Target) -> Iterator[Occurrence]:
-    """Where a name stands in the scene's own text and in all that it uses; each place once, whoever leads to it."""
+    """Yield each use of a name in the scene's own text and in all scenes that it uses, once."""
     seen: set[tuple[object, int]] = set()
     for module in document.table.modules:
         for one in occurrences(document.table, module):
@@ -87,21 +87,21 @@ def uses(document: Document, target: Target) -> Iterator[Occurrence]:
 
 
 def document_of(document: Document, module: Module) -> Document:
-    """A text that a scene is made of, for its places in the protocol."""
+    """Return the document of a module, for positions in the protocol."""
     if module is document.table.modules[0]:
         return document
     return Document(module.source.text, module.folder, module.file, vocabulary=document.vocabulary)
 
 
 class Known:
-    """What names of the texts of a table stand for."""
+    """Resolver of names in the texts of a table."""
 
     def __init__(self, table: ModuleTable) -> None:
         self.table = table
         self.modules = {m.prefix: m for m in reversed(table.modules)}
 
     def declared(self, module: Module, node: tree.Declaration) -> Target | None:
-        """What a declaration gives its name to; None where it gives none, or another one had the name before."""
+        """Return the target that a declaration introduces; None if it has no name, or the name was taken before."""
         if isinstance(node, tree.Use):
             target = self.alias(module.prefix, node.alias)
             return target if target and target.span == node.alias_span else None
@@ -111,12 +111,12 @@ class Known:
         return None
 
     def alias(self, prefix: str, name: str) -> Target | None:
-        """The `use` that gives a name."""
+        """Return the `use` that introduces a name."""
         node, owner = self.table.aliases.get(prefix + name), self.modules.get(prefix)
         return None if node is None or owner is None else Target(ALIAS, name, owner, node.alias_span)
 
     def symbol(self, full: str) -> Target | None:
-        """The parameter or declaration of a full name."""
+        """Return the parameter or declaration with a full name."""
         found = self.table.symbols.get(full)
         if found is None:
             return None
@@ -124,7 +124,7 @@ class Known:
         return Target(kind, found.node.name, found.module, found.node.name_span)
 
     def parts(self, module: Module, name: tree.Name) -> Iterator[Occurrence]:
-        """What each part of a name stands for; fields, which are no names of a scene, are left out."""
+        """Yield each part of a name with its target; fields are left out, since they are not names of a scene."""
         prefix, rest = module.prefix, list(_segments(name))
         while rest and (target := self.alias(prefix, rest[0][0])) is not None:
             yield Occurrence(module, rest[0][1], target)
@@ -138,7 +138,7 @@ class Known:
 
 
 def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
-    """The parts of a name and where they stand."""
+    """Yield the parts of a name and their places."""
     start, column = name.span.start, name.span.column
     for part in name.parts:
         end, last = start + len(part), column + len(part)
@@ -150,7 +150,7 @@ def _segments(name: tree.Name) -> Iterator[tuple[str, Span]]:
 
 
 def mentioned(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.Name]:
-    """The names in the expressions of a declaration that may be declared ones, in the order of the text."""
+    """Yield the names in the expressions of a declaration that may be declared ones, in the order of the text."""
     if isinstance(node, tree.Declare):
         yield from _within(node.value, vocabulary, Field("", "", "value", "", True, None, kind=node.kind))
         return
@@ -159,7 +159,7 @@ def mentioned(node: tree.Declaration, vocabulary: Vocabulary) -> Iterator[tree.N
 
 
 def _within(node: tree.Expression, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
-    """Those of an expression that is the value of a field, or of none."""
+    """Yield the names in an expression, which may be the value of a field."""
     if due is not None and (due.form in WORDS or due.kind == "element"):
         return
     match node:
@@ -174,7 +174,7 @@ def _within(node: tree.Expression, vocabulary: Vocabulary, due: Field | None) ->
 
 
 def _of_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iterator[tree.Name]:
-    if (owner := before_at(node)) is not None:
+    if (owner := metric_before_at(node)) is not None:
         yield owner
     fields = fields_of(node, vocabulary, due.kind if due else "")
     for place, argument in enumerate(node.arguments):
@@ -182,14 +182,14 @@ def _of_call(node: tree.Call, vocabulary: Vocabulary, due: Field | None) -> Iter
 
 
 def fields_of(node: tree.Call, vocabulary: Vocabulary, kind: str) -> tuple[Field, ...]:
-    """The fields of what a call makes: of a kind, or of the first that there is of its name."""
+    """Return the fields of the constructor of a call: of a kind, or the first with this name."""
     made = vocabulary.constructor(kind, node.function.text) if kind in vocabulary else None
     found = made or next(iter(vocabulary.find(node.function.text)), None)
     return found.fields if found else ()
 
 
 def field_of(fields: tuple[Field, ...], argument: tree.Argument, place: int) -> Field | None:
-    """The field that an argument gives, by its name or its place."""
+    """Return the field that an argument sets, by its name or its position."""
     if argument.name is not None:
         return next((f for f in fields if f.name == argument.name), None)
     return fields[place] if place < len(fields) else None

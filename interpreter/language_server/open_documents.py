@@ -1,4 +1,4 @@
-"""The texts that are open in an editor, in their latest state."""
+"""Documents that are open in an editor, in their latest state."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Opened:
-    """Documents by their URI, the server that they are open with, and the plugins that it was told of."""
+    """Open documents by URI, with their server and its plugins."""
 
     def __init__(self, server: LanguageServer, plugins: Sequence[str] = ()) -> None:
         self.server = server
@@ -32,24 +32,24 @@ class Opened:
         self._waiting: set[str] = set()  # for plugins
 
     def open(self, item: types.TextDocumentItem) -> None:
-        """A text that has been opened."""
+        """Add a text that has been opened."""
         self._have(item.uri, self._document(item.uri, item.text, item.version))
 
     def change(
         self, which: types.VersionedTextDocumentIdentifier, changes: Sequence[types.TextDocumentContentChangeEvent]
     ) -> None:
-        """The same text after changes, one after the other."""
+        """Apply changes to a text, one after the other."""
         now = before = self.documents.get(which.uri) or self._document(which.uri, "")
         for change in changes:
             now = self._document(which.uri, changed(now, change), which.version, before.read)
         self._have(which.uri, now)
 
     def again(self, uri: str) -> None:
-        """The same text as if nothing were known of it: what it names may have changed."""
+        """Discard cached knowledge of a text: files that it names may have changed."""
         self._have(uri, replace(self.documents[uri], vocabulary=self.plugins.vocabulary))
 
     def close(self, uri: str) -> None:
-        """A text that is no longer open."""
+        """Remove a text that has been closed."""
         self.documents.pop(uri, None)
         self.checks.forget(uri)
 
@@ -70,7 +70,7 @@ class Opened:
         return document(uri, text, version, self._snippets, earlier, self.plugins.vocabulary)
 
     def _renew(self, changed: bool) -> None:
-        """Plugins are loaded: all is looked at again if there are other words now, else what has waited."""
+        """Check all texts again if loaded plugins changed the vocabulary, else only those that have waited."""
         waiting, self._waiting = self._waiting, set()
         for uri in list(self.documents if changed else waiting & self.documents.keys()):
             self.again(uri)
@@ -85,7 +85,7 @@ def document(
     uri: str, text: str, version: int | None = None, snippets: bool = False, earlier: Scene | None = None,
     vocabulary: Vocabulary = CATALOGUE,
 ) -> Document:  # fmt: skip
-    """A text of a URI; what lies in no file looks for files in the working folder."""
+    """Return the document of a text; one without a file looks for named files in the working folder."""
     path = to_fs_path(uri)
     if path is not None and "\0" in path:  # which names no file
         path = None
@@ -94,7 +94,7 @@ def document(
 
 
 def changed(before: Document, change: types.TextDocumentContentChangeEvent) -> str:
-    """The text after one change of a part or of all of it."""
+    """Return the text after one change of a part or of the whole."""
     if not isinstance(change, types.TextDocumentContentChangePartial):
         return change.text
     start, end = before.offset(change.range.start), before.offset(change.range.end)

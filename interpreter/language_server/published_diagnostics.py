@@ -1,4 +1,4 @@
-"""What `dsl check` says of a text while it is written, as the protocol has it."""
+"""Diagnostics of `dsl check` in the form of the protocol."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ UNUSED = frozenset({"W309"})  # codes of what nothing needs, which editors show 
 
 
 def diagnostics(document: Document, found: list[Diagnostic] | None = None) -> list[types.Diagnostic]:
-    """Messages about a text, and about others that it uses; without any, all that `dsl check` has."""
+    """Return messages about a text and the texts that it uses; by default all of `dsl check`."""
     return [diagnostic(document, one) for one in (document.checked[1] if found is None else found)]
 
 
 def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
-    """One message; where it is about another text, it stands at the start of this one, and names the place there."""
+    """Convert one message; one about another text is placed at the start of this one, with a link to its place."""
     here = _is_here(document, found.source)
     remarks = [found.message, *([f"help: {found.help}"] if found.help else []), *(f"note: {n}" for n in found.notes)]
     also = list(found.also)
@@ -44,13 +44,13 @@ def diagnostic(document: Document, found: Diagnostic) -> types.Diagnostic:
 
 
 def _description(code: str) -> types.CodeDescription | None:
-    """The page of a code, as a file that an editor opens; None of one without any."""
+    """Return the page of a code, as a file that an editor opens; None if it has no page."""
     return types.CodeDescription((PAGES / f"{code}.md").as_uri()) if code in codes() else None
 
 
 @cache
 def codes() -> frozenset[str]:
-    """Those that have a page."""
+    """Return the codes that have a page."""
     return frozenset(file.stem for file in PAGES.glob("*.md"))
 
 
@@ -59,7 +59,7 @@ def _is_here(document: Document, source: object) -> bool:
 
 
 def _related(document: Document, second: Second) -> types.DiagnosticRelatedInformation:
-    """Another place that a message is about."""
+    """Convert a secondary place of a message."""
     if _is_here(document, second.source):
         uri, at = document.uri, document.range(second.span)
     else:
@@ -69,5 +69,5 @@ def _related(document: Document, second: Second) -> types.DiagnosticRelatedInfor
 
 
 def _file_of(document: Document, name: str) -> Path:
-    """The file of a text that is used, by the name that messages give it."""
+    """Return the file of a used text, from its name in messages."""
     return ROOT / name[4:] if name.startswith("std/") else Path(name)

@@ -1,4 +1,4 @@
-"""Quick fixes: what messages say to write instead, ready to be written: `textDocument/codeAction`."""
+"""Quick fixes that apply the replacements of messages: `textDocument/codeAction`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = [types.CodeActionKind.QuickFix, types.CodeActionKind.SourceFixAll]
 
 
 def actions(document: Document, params: types.CodeActionParams) -> list[types.CodeAction]:
-    """One for each message in a range that names a replacement, and one that writes all of the text's."""
+    """Return an action for each message in a range with a replacement, and one that applies all of the text's."""
     uri, only = params.text_document.uri, params.context.only or KINDS
     found = [fix for fix in _fixes(document) if _meet(fix[2].range, params.range) or _meet(fix[1], params.range)]
     if not any(_asked(types.CodeActionKind.QuickFix, one) for one in only):
@@ -26,7 +26,7 @@ def actions(document: Document, params: types.CodeActionParams) -> list[types.Co
 
 
 def _fixes(document: Document) -> Iterator[tuple[Diagnostic, types.Range, types.Diagnostic]]:
-    """Messages about the text itself that name a replacement, what is replaced, and the messages of the protocol."""
+    """Yield messages about the text itself with a replacement, the replaced range, and the protocol's message."""
     for found in document.found:
         new = replacement(found)
         if new is not None and found.source is not None and found.source.text == document.text:
@@ -44,7 +44,7 @@ def _action(
 
 
 def _all(document: Document, uri: str) -> Iterator[types.CodeAction]:
-    """Everything at once, of places that do not meet; nothing where there is nothing to mend."""
+    """Yield one action that applies all fixes that do not overlap, if there are any."""
     edits: list[types.TextEdit] = []
     for found, at, _ in _fixes(document):
         if not any(_meet(at, edit.range) for edit in edits):
@@ -62,7 +62,7 @@ def _edit(document: Document, found: Diagnostic) -> types.TextEdit:
 
 
 def _title(document: Document, found: Diagnostic) -> str:
-    """``write `kPa` for `kpa` ``, ``add `,` ``, ``remove `;` ``."""
+    """Return the title of a fix: ``write `kPa` for `kpa` ``, ``add `,` ``, ``remove `;` ``."""
     span, new = replacement(found) or (None, "")
     old = document.text[span.start : span.end] if span else ""
     if not new.strip():
@@ -71,12 +71,12 @@ def _title(document: Document, found: Diagnostic) -> str:
 
 
 def _asked(kind: str, only: str) -> bool:
-    """Whether a kind of action is one of those that are asked for, as `source.fixAll` is of `source`."""
+    """Return whether a kind of action is requested; `source` includes `source.fixAll`."""
     return kind == only or kind.startswith(f"{only}.")
 
 
 def _meet(one: types.Range, other: types.Range) -> bool:
-    """Whether two ranges have a place in common."""
+    """Return whether two ranges overlap or touch."""
     return not (_before(one.end, other.start) or _before(other.end, one.start))
 
 

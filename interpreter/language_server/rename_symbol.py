@@ -1,4 +1,4 @@
-"""Giving a name another name, wherever it stands: `textDocument/prepareRename` and `rename`."""
+"""Renaming of a name everywhere: `textDocument/prepareRename` and `rename`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lsprotocol import types
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parse_table import reserved
 from softmark.interpreter.language.expression_evaluation import PREDEFINED
-from softmark.interpreter.language.field_schema import article
+from softmark.interpreter.language.field_schema import indefinite_article
 from softmark.interpreter.language_server.go_to_definition import everywhere
 from softmark.interpreter.language_server.name_index import Occurrence, Target, at
 from softmark.interpreter.language_server.open_documents import Opened
@@ -23,13 +23,13 @@ NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def prepare(document: Document, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder:
-    """The name at a place, which can be given another one. Raises Refused."""
+    """Return the name at a position if it can be renamed. Raises Refused."""
     found = _named(document, params.position)
     return types.PrepareRenamePlaceholder(document.range(found.span), found.target.name)
 
 
 def rename(opened: Opened, params: types.RenameParams) -> types.WorkspaceEdit:
-    """A name replaced by another wherever it stands, in all scenes that are found to use it. Raises Refused."""
+    """Return the edits that replace a name in all scenes found to use it. Raises Refused."""
     uri, new = params.text_document.uri, params.new_name
     document = opened.documents[uri]
     target = _named(document, params.position).target
@@ -44,7 +44,7 @@ def rename(opened: Opened, params: types.RenameParams) -> types.WorkspaceEdit:
 
 
 def _named(document: Document, position: types.Position) -> Occurrence:
-    """The name at a place, if it may be renamed. Raises Refused."""
+    """Return the name at a position, if it may be renamed. Raises Refused."""
     found = at(document, document.offset(position))
     if found is None:
         raise Refused("there is no name of the scene here: words of the language and fields are called as they are")
@@ -57,7 +57,7 @@ def _named(document: Document, position: types.Position) -> Occurrence:
 
 
 def _wrong(document: Document, target: Target, new: str) -> Iterator[str]:
-    """What speaks against a new name."""
+    """Yield the objections to a new name."""
     if not NAME.fullmatch(new):
         yield f"`{new}` is not a name: names are made of the letters A to Z, a to z, digits and `_`"
     if new in reserved():
@@ -68,11 +68,11 @@ def _wrong(document: Document, target: Target, new: str) -> Iterator[str]:
     if new != target.name and (full in table.symbols or full in table.aliases):
         known = table.symbols.get(full)
         kind = getattr(known.node, "kind", "param") if known else "use"
-        yield f"`{new}` is taken: it is {article(kind)} {kind} of {target.module.source.name}"
+        yield f"`{new}` is taken: it is {indefinite_article(kind)} {kind} of {target.module.source.name}"
 
 
 def _keeps_its_meaning(document: Document, edits: list[types.TextEdit], new: str) -> None:
-    """Refuse a name that makes an error where there was none, as one that is a word of the language. Raises Refused."""
+    """Refuse a new name that causes a new error, such as a word of the language. Raises Refused."""
     text = document.text
     for edit in sorted(edits, key=lambda e: (e.range.start.line, e.range.start.character), reverse=True):
         start, end = document.offset(edit.range.start), document.offset(edit.range.end)

@@ -1,6 +1,6 @@
-"""A request that is not granted, with the reason, which an editor shows: the one exception that reaches it.
+"""Refusal of a request with a reason, the only exception that the editor shows.
 
-Any other is said on standard error.
+Other exceptions are reported on standard error.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from lsprotocol.types import LSPErrorCodes
 from pygls.exceptions import JsonRpcException
 from pygls.protocol import json_rpc
 
-from softmark.interpreter.language.plugin_words import blamed
+from softmark.interpreter.language.plugin_words import find_faulty_plugin
 
 
 class Refused(JsonRpcException):
-    """What was asked for is not done; the message says why."""
+    """A request is refused; the message gives the reason."""
 
     CODE = LSPErrorCodes.RequestFailed
 
 
 def quietly() -> None:
-    """Leave errors that are answers out of what pygls logs: a traceback beside the answer looks like a fault."""
+    """Keep errors that are answers out of the log of pygls: a traceback for them would look like a fault."""
     json_rpc.logger.addFilter(_unforeseen)
 
 
@@ -34,6 +34,6 @@ def _unforeseen(record: logging.LogRecord) -> bool:
 
 
 def report(error: BaseException) -> None:
-    """Say why an answer failed: of a plugin its line and what it did, of ourselves the whole trace."""
-    sys.stderr.write(f"{blamed(error) or ''.join(traceback.format_exception(error))}\n")
+    """Report why an answer failed: for a plugin its line and error, for our code the whole traceback."""
+    sys.stderr.write(f"{find_faulty_plugin(error) or ''.join(traceback.format_exception(error))}\n")
     sys.stderr.flush()

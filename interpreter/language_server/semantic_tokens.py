@@ -1,6 +1,6 @@
-"""What each word of a text is, for colours that know the meaning: `textDocument/semanticTokens`.
+"""Semantic tokens, the role of each word for highlighting: `textDocument/semanticTokens`.
 
-Words of declarations in error are known by their looks alone: reserved words, numbers, texts, units and comments.
+Words of declarations with errors are classified only lexically: reserved words, numbers, texts, units and comments.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ Role = tuple[Kind, int]  # a kind, and modifiers as bits
 
 
 def colours(document: Document, params: types.SemanticTokensParams) -> types.SemanticTokens:
-    """Of the whole text."""
+    """Return the semantic tokens of the whole text."""
     return types.SemanticTokens(_encoded(document, _words(document)))
 
 
 def colours_between(document: Document, params: types.SemanticTokensRangeParams) -> types.SemanticTokens:
-    """Of the lines of a range."""
+    """Return the semantic tokens of the lines of a range."""
     first, last = params.range.start.line + 1, params.range.end.line + 1
     return types.SemanticTokens(_encoded(document, [w for w in _words(document) if first <= w[0].line <= last]))
 
 
 def _words(document: Document) -> list[tuple[Span, Role]]:
-    """Where words stand and what they are, in the order of the text; none goes over the end of its line."""
+    """Return the words with their roles, in the order of the text; none extends beyond its line."""
     meant = {**dict(reversed(list(_written(document)))), **dict(_named(document))}
     found = [pair for token in document.tokens for pair in _of_token(token, meant)]
     found += [(comment.span, (Kind.Comment, 0)) for comment in document.tree.comments]
@@ -53,7 +53,7 @@ def _words(document: Document) -> list[tuple[Span, Role]]:
 
 
 def _of_token(token: Token, meant: dict[int, tuple[Span, Role]]) -> Iterator[tuple[Span, Role]]:
-    """A token as what it means, its parts one by one, or else by its looks."""
+    """Yield the known roles of the parts of a token, or else its lexical role."""
     places = range(token.start, token.end) if token.kind in NAMED else ()
     parts = [meant[place] for place in places if place in meant]
     if parts:
@@ -63,7 +63,7 @@ def _of_token(token: Token, meant: dict[int, tuple[Span, Role]]) -> Iterator[tup
 
 
 def _written(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
-    """What words are in declarations that can be read, by where they start; what is said first of a place counts."""
+    """Yield roles of words in parsed declarations, by their offsets; the first role of an offset counts."""
     for node in document.tree.declarations:
         if isinstance(node, tree.Declare):
             yield node.kind_span.start, (node.kind_span, (Kind.Keyword, 0))
@@ -73,7 +73,7 @@ def _written(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
 
 
 def _named(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
-    """The names of the scene, by where they start."""
+    """Yield the names of the scene, by their offsets."""
     table = document.table
     for one in occurrences(table, table.modules[0]) if table.modules else ():
         kind = {ALIAS: Kind.Namespace, "param": Kind.Parameter}.get(one.target.kind, Kind.Variable)
@@ -81,7 +81,7 @@ def _named(document: Document) -> Iterator[tuple[int, tuple[Span, Role]]]:
 
 
 def _of_part(part: tree.Expression | tree.Argument) -> Iterator[tuple[int, tuple[Span, Role]]]:
-    """Of a part of an expression: constructors and functions, fields, and names that are none of the scene's."""
+    """Yield roles in a part of an expression: constructors, functions, fields, and names not declared in the scene."""
     if isinstance(part, tree.Argument) and part.name_span is not None:
         yield part.name_span.start, (part.name_span, (Kind.Property, 0))
     elif isinstance(part, tree.Name):
@@ -97,7 +97,9 @@ def _bits(*modifiers: Modifier) -> int:
 
 
 def _encoded(document: Document, words: list[tuple[Span, Role]]) -> list[int]:
-    """Five numbers a word, as the protocol has it: lines and columns from the word before, length, kind, modifiers."""
+    """Encode words as in the protocol, five numbers each: line and column relative to the word before, length, kind,
+    modifiers.
+    """
     plain = max(document.text, default="") <= "\uffff" and not document.text.startswith("\ufeff")
     numbers: list[int] = []
     line = column = 0

@@ -1,10 +1,9 @@
-"""The language server: requests of an editor, each answered by a function of a file of this room.
+"""Language server: requests of an editor, each answered by a function of a module of this package.
 
-To answer one more request: a file with a function `f(document, params)` that returns what `lsprotocol.types` says of
-the method, and a line in FEATURES. Of a method whose parameters name no text document, and of one that is `wide`, the
-function gets all that is open in place of one document (`open_documents.py`). What a function raises is said on
-standard error, the answer is None; but for a reason why something is not done (`request_refused.py`), which the editor
-shows.
+To answer a further request: write a module with a function `f(document, params)` that returns the method's result in
+`lsprotocol.types`, and a line in FEATURES. If the parameters name no text document, or the feature is `wide`, the
+function gets all open documents (`open_documents.py`) instead. An exception is reported on standard error and the
+answer is None, except for a refusal with a reason (`request_refused.py`), which the editor shows.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ TRIGGERS = ["(", ",", "=", ".", '"', "/", " "]  # what completion is asked for a
 
 
 class Feature(NamedTuple):
-    """Who answers a request: a module of this room and a function of it; and what an editor is told beforehand."""
+    """Module and function that answer a request, and the capability announced to the editor."""
 
     answer: str
     options: Any = None
@@ -68,13 +67,15 @@ FEATURES: dict[str, Feature] = {
 
 
 class Protocol(LanguageServerProtocol):
-    """As pygls has it, but texts are ours: its own splits lines where the protocol does not, at form feeds for one."""
+    """Protocol of pygls with our own documents: those of pygls also split lines at form feeds, unlike the
+    specification.
+    """
 
     _server: Server
 
     @lsp_method(types.INITIALIZE)
     def lsp_initialize(self, params: types.InitializeParams) -> Generator[Any, Any, types.InitializeResult]:
-        """Columns count in UTF-16, which every client knows; plugins are loaded while it still hears what we can do."""
+        """Use UTF-16 columns, which every client supports, and load plugins while the client reads our capabilities."""
         if params.capabilities.general:
             params.capabilities.general.position_encodings = None
         answer = yield from super().lsp_initialize(params)
@@ -92,7 +93,7 @@ class Protocol(LanguageServerProtocol):
             return JsonRPCNotification(method="$/notRead", jsonrpc=self.VERSION, params=None)  # which nobody answers
 
     def handle_message(self, message: Any) -> None:
-        """Answer a malformed message of the client with an error, every other as pygls does."""
+        """Answer a malformed message of the client with an error, and let pygls handle all others."""
         if getattr(message, "method", None) != MALFORMED:
             super().handle_message(message)
             return
@@ -102,27 +103,27 @@ class Protocol(LanguageServerProtocol):
 
     @property
     def left(self) -> bool:
-        """Whether the editor has taken leave before it went."""
+        """True if the editor has requested shutdown before its exit."""
         return self._shutdown
 
     @lsp_method(types.TEXT_DOCUMENT_DID_OPEN)
     def lsp_text_document__did_open(self, params: types.DidOpenTextDocumentParams) -> None:
-        """A text is in an editor from now on."""
+        """Add a text that was opened."""
         self._server.opened.open(params.text_document)
 
     @lsp_method(types.TEXT_DOCUMENT_DID_CHANGE)
     def lsp_text_document__did_change(self, params: types.DidChangeTextDocumentParams) -> None:
-        """It was changed in places."""
+        """Apply changes to an open text."""
         self._server.opened.change(params.text_document, params.content_changes)
 
     @lsp_method(types.TEXT_DOCUMENT_DID_CLOSE)
     def lsp_text_document__did_close(self, params: types.DidCloseTextDocumentParams) -> None:
-        """It is in no editor any more."""
+        """Remove a text that was closed."""
         self._server.opened.close(params.text_document.uri)
 
 
 class Server(LanguageServer):
-    """The server of one editor, and what is open there."""
+    """Server of one editor, with its open documents."""
 
     def __init__(self, plugins: Sequence[str] = ()) -> None:
         super().__init__("softmark", __version__, protocol_cls=Protocol)
@@ -151,10 +152,11 @@ class Server(LanguageServer):
 
 
 def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -> int:
-    """Answer an editor until it leaves; what its first text needs is loaded while it still says what it can do.
+    """Answer an editor until it exits; modules for its first text are loaded during initialisation.
 
-    `plugins` are files or names of plugins whose words it knows, beside those that the editor's settings name.
-    Returns the exit status of the protocol: 0 if the editor has asked for the end before, else 1.
+    `plugins` are files or names of plugins to load in addition to those in the editor's settings. Returns the exit
+    status
+    of the protocol: 0 if the editor requested shutdown before its exit, else 1.
     """
     gc.set_threshold(*LATER)
     quietly()
@@ -166,7 +168,7 @@ def serve(incoming: BinaryIO, outgoing: BinaryIO, plugins: Sequence[str] = ()) -
 
 
 def _first() -> None:
-    """All words are loaded, and what answers requests."""
+    """Load all constructors, and the modules that answer requests."""
     file = ROOT / "beams" / "silicone-beam.scene"
     assert Document(file.read_text(encoding="utf-8"), file.parent, file).checked[0]
     for feature in FEATURES.values():

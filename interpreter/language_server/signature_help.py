@@ -1,4 +1,4 @@
-"""The fields of the call that is being written: `textDocument/signatureHelp`."""
+"""Fields of the call that is being written: `textDocument/signatureHelp`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softmark.interpreter.language_server.text_document import Document
 
 
 def signature(document: Document, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
-    """The innermost call around a place, and the field that is at hand there; None outside of calls."""
+    """Return the innermost call around a position and its current field; None outside calls."""
     here = around(document, document.offset(params.position))
     frame = here.call if here is not None else None
     if frame is None:
@@ -26,7 +26,7 @@ def signature(document: Document, params: types.SignatureHelpParams) -> types.Si
 
 
 def _of_constructor(c: Constructor) -> types.SignatureInformation:
-    """`fem(element, strain, size)`: what may be left out in square brackets."""
+    """Return `fem(element, strain, size)` with optional fields in square brackets."""
     label, fields = f"{c.name}(", []
     for place, f in enumerate(c.fields):
         label += ", " if place else ""

@@ -1,7 +1,7 @@
-"""One state of a scene's text as an editor has it: what is known of it, and where a place of it is in the protocol.
+"""One state of a scene's text in an editor, with its analysis and the conversion of positions.
 
-Everything of one state is found once, when it is first asked for. The protocol counts lines from 0 and columns in
-UTF-16 code units; spans count lines and columns from 1 in code points, offsets from 0.
+Each result is computed on first use and cached. The protocol counts lines from 0 and columns in UTF-16 code units;
+spans count lines and columns from 1 in code points, offsets from 0.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.compiler import compile_scene
 from softmark.interpreter.language.field_schema import Vocabulary
 from softmark.interpreter.language.name_scope import Scope
-from softmark.interpreter.language.parameter_evaluation import evaluate
+from softmark.interpreter.language.parameter_evaluation import evaluate_parameters
 from softmark.interpreter.language.scene_sources import LARGEST, ModuleTable
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.interpreter.validation.scene_loader import looked_at
@@ -30,10 +30,11 @@ CHECKING = threading.RLock()  # one check at a time
 
 @dataclass(frozen=True)
 class Document:
-    """A text and where it is kept: `folder` is where files that it names are looked for, `file` None if it has none.
+    """Text with its `folder`, in which named files are looked for, and its `file`, None if it has none.
 
-    `version` is what the editor counts its states by, `snippets` whether it takes texts with places to write over,
-    `vocabulary` has the words that there are, with those of plugins that the editor names.
+    `version` is the editor's number of this state. `snippets` is true if the editor supports placeholders in
+    completions.
+    `vocabulary` has all constructors, including those of the editor's plugins.
     """
 
     text: str
@@ -47,12 +48,12 @@ class Document:
 
     @property
     def uri(self) -> str:
-        """By which an editor knows it."""
+        """URI by which the editor identifies the document."""
         return self.address or (self.file.absolute().as_uri() if self.file else "untitled:scene")
 
     @cached_property
     def source(self) -> Source:
-        """The text as messages know it."""
+        """Text with its name in messages."""
         return Source(str(self.file) if self.file else "<text>", self.text)
 
     @property
@@ -62,38 +63,38 @@ class Document:
 
     @cached_property
     def tokens(self) -> list[Token]:
-        """Its words, also those that fit no terminal."""
+        """Tokens of the text, including invalid ones."""
         return [] if self.is_too_large else lex(self.text).tokens
 
     @property
     def comments(self) -> list[Comment]:
-        """All of its comments."""
+        """Comments of the text."""
         return [] if self.is_too_large else lex(self.text).comments
 
     @cached_property
     def tree(self) -> Tree:
-        """Its declarations; those with an error of syntax are left out."""
+        """Declarations without syntax errors."""
         modules = self.table.modules
         return modules[0].tree if modules else Tree(())
 
     @cached_property
     def compiled(self) -> tuple[Scene, list[Diagnostic]]:
-        """The scene as far as it can be read, and what of it cannot."""
+        """Scene as far as it can be compiled, and the diagnostics."""
         return compile_scene(self.source, self.folder, self.file, (), self.vocabulary)
 
     @property
     def read(self) -> Scene | None:
-        """The scene, or that of the state before where this one has not been read yet: for what must not wait."""
+        """Compiled scene, or that of an earlier state if this one is not compiled yet, for requests that must not wait."""
         return self.compiled[0] if "compiled" in self.__dict__ else self.earlier
 
     @property
     def known(self) -> Scene:
-        """The same, read now where there is none."""
+        """Compiled scene of this or an earlier state; compiled now if there is none."""
         return self.read or self.compiled[0]
 
     @property
     def checked(self) -> tuple[Scene | None, list[Diagnostic]]:
-        """The compiled scene, None if it has errors, and all that `dsl check` says of it: found once by any thread."""
+        """Compiled scene, None if it has errors, and all diagnostics of `dsl check`; computed once, by any thread."""
         with CHECKING:
             return self._checked
 
@@ -104,31 +105,33 @@ class Document:
 
     @property
     def found(self) -> list[Diagnostic]:
-        """All that `dsl check` says, or, until that is done, what reading the text finds: for what must not wait."""
+        """All diagnostics of `dsl check` or, until these are known, those of compilation, for requests that must not
+        wait.
+        """
         return self._checked[1] if "_checked" in self.__dict__ else self.compiled[1]
 
     @cached_property
     def table(self) -> ModuleTable:
-        """All names of the scene and of what it uses, as far as they can be read."""
+        """All readable names of the scene and of the scenes that it uses."""
         table = self.compiled[0].table
         return ModuleTable(self.vocabulary) if table is None else table
 
     @cached_property
     def scope(self) -> Scope:
-        """The names with the values of all parameters that have one."""
+        """Names, with the values of all valid parameters."""
         scope = Scope(self.table.again([]))
-        evaluate(scope, {})
+        evaluate_parameters(scope, {})
         return scope
 
     @cached_property
     def starts(self) -> list[int]:
-        """Offsets of the first characters of its lines."""
+        """Offsets of the first characters of the lines."""
         import re
 
         return [0, *(m.end() for m in re.finditer(BREAK, self.text))]
 
     def offset(self, position: Position) -> int:
-        """Offset of a position; beyond the end of a line it is that end, beyond the text the text's."""
+        """Return the offset of a position, limited to the end of its line and of the text."""
         if position.line >= len(self.starts):
             return len(self.text)
         start = self.starts[position.line]
@@ -142,7 +145,7 @@ class Document:
         return start + len(line)
 
     def position(self, offset: int) -> Position:
-        """The position of an offset."""
+        """Return the position of an offset."""
         from bisect import bisect_right
 
         line = bisect_right(self.starts, offset) - 1
@@ -150,5 +153,5 @@ class Document:
         return Position(line, len(before) + sum(ord(c) > 0xFFFF for c in before))
 
     def range(self, span: Span) -> Range:
-        """A span in the protocol."""
+        """Return a span as a range of the protocol."""
         return Range(self.position(span.start), self.position(span.end))

@@ -1,4 +1,4 @@
-"""Units behind a number: those of the dimension that its place asks for."""
+"""Completion of units after a number, by the dimension expected there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PRODUCTS = frozenset({"TIMES", "CIRCUMFLEX"})
 
 
 def behind_number(here: Surroundings) -> bool:
-    """Whether a unit may stand here: a number, a vector or a list ends before, on the same line."""
+    """Return whether a unit may follow: a number, a vector or a list ends before, on the same line."""
     if not here.before or any(c in here.document.text[here.before[-1].end : here.start] for c in "\r\n"):
         return False
     last = here.before[-1]
@@ -30,7 +30,7 @@ def behind_number(here: Surroundings) -> bool:
 
 
 def _called(tokens: tuple[Token, ...]) -> bool:
-    """Whether the bracket that ends the words is that of a call."""
+    """Return whether the bracket that ends the tokens is that of a call."""
     depth = 0
     for index in range(len(tokens) - 1, -1, -1):
         depth += (tokens[index].kind in CLOSERS) - (tokens[index].kind in OPENERS)
@@ -40,14 +40,14 @@ def _called(tokens: tuple[Token, ...]) -> bool:
 
 
 def units_at(here: Surroundings) -> Iterator[Offer]:
-    """The units that fit, or the usual ones of all dimensions where any may."""
+    """Yield the fitting units, or the usual units of all dimensions if any may be used."""
     due = due_at(here)
     for unit in measures(due) if due is not None else (unit for unit, _ in common()):
         yield Offer(unit, Kind.Unit, meaning(unit))
 
 
 def due_at(here: Surroundings) -> Dimension | None:
-    """The dimension that a number has here, None where it may have any."""
+    """Return the dimension expected of a number, or None if any may be used."""
     for frame in reversed(here.frames):
         if any(token.kind in PRODUCTS for token in frame.value):
             return None
@@ -75,7 +75,7 @@ def _of_field(here: Surroundings, frame: Frame) -> Dimension | None:
 
 
 def _of_target(here: Surroundings, frame: Frame, field: Field) -> Dimension | None:
-    """Of what a sweep varies: a parameter, or a field of a declaration."""
+    """Return the dimension of a sweep's target: a parameter, or a field of a declaration."""
     tokens = here.before[here.before.index(frame.opener) + 1 :]
     name = next((t.text for t in tokens if t.kind in NAMES and t.text not in ("target", "over")), "")
     found = dimension(here.document, name)
@@ -86,13 +86,13 @@ def _of_target(here: Surroundings, frame: Frame, field: Field) -> Dimension | No
 
 
 def _of_statement(here: Surroundings) -> Dimension | None:
-    """Of a parameter what its value says, of an expectation what is compared."""
+    """Return the dimension expected in a parameter (that of its value) or an expectation (that of its other side)."""
     if any(token.kind in PRODUCTS for token in here.before):
         return None
     for token in here.before[2:] if here.kind == "param" else here.before[1:]:
         if token.kind == "UNIT":
             try:
-                return units.parse(token.text).dimension
+                return units.parse_unit(token.text).dimension
             except units.UnitError:
                 continue
         if token.kind in NAMES and (found := dimension(here.document, token.text)) is not None:

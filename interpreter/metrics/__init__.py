@@ -1,11 +1,11 @@
-"""Metrics: how far a model is from a reference, how well it keeps its volume, how fast it is: one number each.
+"""Metrics: numbers that a scene asks for, such as errors, forces, stresses and computing times; one file per metric.
 
-To add one: a file with a class derived from Metric, a line in METRICS. It has fields (most have the `probe` that it
-looks at, errors the reference that they are measured `against`), the `unit` of its value, whether an uncertainty of
-the reference in m bounds it (`uncertain`), and `measure(seen) -> Measurement`; or it derives from OfDisplacements and
-has `value(X, u, reference)` where plain arrays are all that it needs. It raises Undefined, with a reason, where it has
-no value. What it knows beyond the value goes into `details`, numbers in SI under keys that end in their unit; its
-documentation names them.
+To add one: write a file with a class derived from Metric, and add a line to METRICS. The class has fields (most have
+a `probe` with the points it evaluates; errors have `against`, the reference), the `unit` of its value, `uncertain`
+(true if an uncertainty of the reference in m bounds the value), and `measure(seen) -> Measurement`. A metric that
+needs only plain arrays derives from DisplacementMetric and has `value(X, u, reference)`. It raises Undefined, with a
+reason, if it has no value. Further numbers go into `details`, in SI under keys that end in their unit; the docstring
+of the class names them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from softmark.interpreter.metrics.contact import ContactArea, ContactGap, Contac
 from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.dissipation import Dissipation
-from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
+from softmark.interpreter.metrics.energy_norm_error import EnergyNormError
 from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
@@ -27,8 +27,8 @@ from softmark.interpreter.metrics.moment import Moment
 from softmark.interpreter.metrics.period import Period
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
-from softmark.interpreter.metrics.realtime_factor import RealTime
-from softmark.interpreter.metrics.relative_displacement_error import EnergyNorm
+from softmark.interpreter.metrics.realtime_factor import RealTimeFactor
+from softmark.interpreter.metrics.relative_displacement_error import RelativeDisplacementError
 from softmark.interpreter.metrics.slip import Slip, StickArea
 from softmark.interpreter.metrics.strain import Strain
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
@@ -36,21 +36,21 @@ from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.metrics.stretch import Stretch
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
 from softmark.interpreter.metrics.tip_error import TipError
-from softmark.interpreter.metrics.trajectory_error import CourseNorm
+from softmark.interpreter.metrics.trajectory_error import TrajectoryError
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.metrics.work import LoadWork
 
 METRICS: dict[str, type[Any]] = {
-    "energy_norm": EnergyNorm,
+    "energy_norm": RelativeDisplacementError,
     "tip_error": TipError,
     "max_error": MaxError,
     "mean_error": MeanError,
-    "course_norm": CourseNorm,
+    "course_norm": TrajectoryError,
     "curve_error": CurveError,
     "hysteresis": Hysteresis,
     "value_error": ErrorOfValue,
-    "strain_energy_norm": StrainEnergyNorm,
+    "strain_energy_norm": EnergyNormError,
     "surface_distance": SurfaceDistance,
     "hausdorff": Hausdorff,
     "volume_change": VolumeChange,
@@ -73,5 +73,5 @@ METRICS: dict[str, type[Any]] = {
     "outflow": Outflow,
     "period": Period,
     "frequency": Frequency,
-    "realtime": RealTime,
+    "realtime": RealTimeFactor,
 }

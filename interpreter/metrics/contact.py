@@ -1,11 +1,11 @@
-"""What contacts come to: the area, the pressure and the gap."""
+"""Metrics of a contact: contact area, contact pressure and gap."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from softmark.interpreter.metrics.metric_base import WHEN, OfForces, When
+from softmark.interpreter.metrics.metric_base import WHEN, ForceMetric, When
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
@@ -18,85 +18,93 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-class OfContact(OfForces):
-    """One of a contact."""
+class ContactMetric(ForceMetric):
+    """Base class of the metrics of one contact."""
 
     of_surface = True
-    numbers: ClassVar[tuple[str, ...]] = ("pressure",)  # of a contact, by which shapes that it is asked of are coloured
+    numbers: ClassVar[tuple[str, ...]] = ("pressure",)  # contact results at nodes that reports colour
 
     if TYPE_CHECKING:
         of: str
 
     @property
     def concerned(self) -> str:
-        """The contact."""
+        """Name of the contact."""
         return self.of
 
     def touch(self, rest: AtRest) -> Touch:
-        """What the contact comes to. Raises Undefined."""
+        """Return the contact results of the contact. Raises Undefined if only its force is known."""
         if self.of not in rest.touches:
             raise Undefined(f"nothing is known of `{self.of}` here but its force")
         return rest.touches[self.of]
 
     def size(self, value: Floats) -> float:
-        """Of what is asked, which comes first."""
+        """Return the magnitude of the first entry, which is the value of the metric."""
         return abs(self._along(value))
 
     def _along(self, value: Floats) -> float:
+        """Return the first entry."""
         return float(value.flat[0])
 
 
 @dataclass(frozen=True)
-class ContactArea(OfContact):
-    """Area of a body's surface on which something presses, as it is deformed (of small strain, undeformed).
+class ContactArea(ContactMetric):
+    """Contact area of a body's surface in its deformed shape (with small strain, in its undeformed shape).
 
-    Of `itself` it is half of that of both surfaces. It ends between a node that touches and one that does not, where
-    pressure and gap say; in a coarse mesh it is the least sure of what is told of a contact, and it has no limit where
-    contact opens and closes with the mesh. Against another model or a theory it is the difference relative to that
-    one's.
+    For `itself` it is half the area of both surfaces. The edge of the contact lies between a node in contact and one
+    out
+    of contact, where pressure and gap place it. On a coarse mesh the area is the least accurate result of a contact,
+    and
+    it does not converge if contact opens and closes with the mesh. Against another model or a theory, the value is the
+    difference relative to the area of that solution.
 
-    In a motion a report has besides largest_in_time_m2 and when that is, largest_at_s.
+    In a dynamic analysis the report also gives largest_in_time_m2 and its time largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
     over: Annotated[When, WHEN] = "end"
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m^2"
 
     def amount(self, rest: AtRest) -> Floats:
-        """In m^2. Raises Undefined where nothing is known of the contact."""
+        """Return the contact area, m^2. Raises Undefined if the contact has no results."""
         return np.array(self.touch(rest).area)
 
     def acting(self, rest: AtRest) -> float:
-        """The largest area of all contacts, m^2."""
+        """Return the largest area of all contacts, m^2."""
         return max(touch.area for touch in rest.touches.values())
 
 
 @dataclass(frozen=True)
-class ContactPressure(OfContact):
-    """Pressure of a contact on the surface of a body: the largest, or that at a place on the surface.
+class ContactPressure(ContactMetric):
+    """Contact pressure on the surface of a body: the largest value, or the value at a point of the surface.
 
-    Force per area as it is deformed (of small strain, undeformed), from the forces at nodes: the field, linear or
-    bilinear on facets, that comes to the same forces. It has no limit at the edge of a sharp punch, where it grows with
-    every refinement: a rounded one has. Against another model or a theory it is the difference relative to that one's.
+    It is force per deformed area (with small strain, per undeformed area), recovered from the nodal contact forces: the
+    field, linear or bilinear on facets, that has the same nodal forces. At the edge of a sharp punch the pressure is
+    singular and grows with every refinement; at a rounded edge it converges. Against another model or a theory, the
+    value
+    is the difference relative to the pressure of that solution.
 
-    Beside its value a report has largest_Pa; in a motion largest_in_time_Pa and when that is, largest_at_s.
+    The report also gives largest_Pa; in a dynamic analysis also largest_in_time_Pa and its time largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
     at: Annotated[
-        tuple[float, float, float] | None, "m", "a point of the surface, by its coordinates before deformation"
+        tuple[float, float, float] | None,
+        "m",
+        "point of the surface, by its undeformed coordinates; default: the largest",
     ] = None
     over: Annotated[When, WHEN] = "end"
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "Pa"
 
     def amount(self, rest: AtRest) -> Floats:
-        """What is asked, and the largest, Pa. Raises Undefined where nothing is known of the contact."""
+        """Return the requested pressure and the largest pressure, Pa. Raises Undefined without contact results."""
         touch = self.touch(rest)
-        return np.array([touch.pressure if self.at is None else self._there(touch), touch.pressure])
+        return np.array([touch.pressure if self.at is None else self._pressure_at_point(touch), touch.pressure])
 
-    def _there(self, touch: Touch) -> float:
+    def _pressure_at_point(self, touch: Touch) -> float:
+        """Return the pressure at the requested point, Pa."""
         if touch.field is None:
             raise Undefined(f"the pressure of `{self.of}` is known here where it is largest alone: leave out `at`")
         assert self.at is not None
@@ -106,50 +114,56 @@ class ContactPressure(OfContact):
         return found
 
     def acting(self, rest: AtRest) -> float:
-        """The largest pressure of all contacts, Pa."""
+        """Return the largest pressure of all contacts, Pa."""
         return max(touch.pressure for touch in rest.touches.values())
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """The largest."""
+        """Return the largest pressure."""
         return {"largest_Pa": float(value[1])}
 
 
 @dataclass(frozen=True)
-class ContactGap(OfContact):
-    """Least distance between the points of a body's surface that keep clear and a rigid body: never zero or less.
+class ContactGap(ContactMetric):
+    """Least distance between the contact points of a body's surface and a rigid body; always positive.
 
-    They are its nodes, the middle of facets of eight nodes, in space points inside facets longer than the rigid body
-    is sharp, and points that have joined them where facets cut in. Of `itself` it is that between its flat faces.
+    Contact points are the nodes, the midpoints of eight-node facets, in 3D also points inside facets that are longer
+    than
+    the radius of curvature of the rigid body, and points that were added where facets penetrated. For `itself` it is
+    the
+    distance between the body's flat facets.
 
-    Before they touch it is how far they are apart; of a piece that may touch itself, how far parts of its surface are
-    apart that face each other within 30 degrees, as the walls of a slot do. In contact it is what the barrier leaves,
-    less than its distance: no property of the bodies, but a part of the stated error of all else.
+    Before contact it is the initial separation. For a body that may touch itself, it is the distance between parts of
+    the
+    surface that face each other within 30 degrees, such as the walls of a slot. In contact it is the gap that the
+    barrier
+    leaves, less than the barrier's `distance`. That gap is not a property of the bodies, but it is part of the stated
+    error of all other results.
 
-    Beside its value a report has left_m, the mean where something presses, by the forces there; in a motion
-    least_in_time_m and when that is, least_at_s.
+    The report also gives left_m, the mean gap in contact, weighted by the contact forces; in a dynamic analysis also
+    least_in_time_m and its time least_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
     over: Annotated[
         Literal["end", "least", "mean"],
-        "in a motion: its value at the end, the least of all times, or the mean over time",
+        "in a dynamic analysis: value at the end, least value over time, or mean over time",
     ] = "end"
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m"
     extreme: ClassVar[str] = "least"
     numbers: ClassVar[tuple[str, ...]] = ()
 
     def amount(self, rest: AtRest) -> Floats:
-        """The least, and the mean in contact, m. Raises Undefined where nothing is known of the contact."""
+        """Return the least gap and the mean gap in contact, m. Raises Undefined if the contact has no results."""
         touch = self.touch(rest)
         if touch.gap is None:
             raise Undefined(f"`{self.of}` does not touch, and no parts of the surface face each other")
         return np.array([touch.gap, touch.left])
 
     def acting(self, rest: AtRest) -> float:
-        """The largest displacement, m."""
+        """Return the largest displacement, m."""
         return rest.moved
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """The mean in contact."""
+        """Return the mean gap in contact."""
         return {"left_m": float(value[1])}

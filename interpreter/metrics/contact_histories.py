@@ -1,4 +1,4 @@
-"""Metrics of contacts in motion: courses over time, and which of their values counts."""
+"""Time histories of contact metrics, and their largest, least or mean value over time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.metrics.curve_geometry import Course
+from softmark.interpreter.metrics.curve_geometry import MetricCurve
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.measurement import Floats
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
 
 
 def _amounts(metric: Any, states: States) -> tuple[Floats, Floats]:
-    """Times (t,), s, and what the metric is made of at each (t, ...), in its natural unit. Raises Undefined."""
+    """Return times (t,), s, and the metric's amount at each time (t, ...), in its natural unit. Raises Undefined."""
     times, each = states.states(metric.of_surface)
     return times, np.array([metric.amount(rest) for rest in each])
 
 
-def course(metric: Any, states: States) -> Course:
-    """Its value at every time. Raises Undefined."""
+def build_history(metric: Any, states: States) -> MetricCurve:
+    """Return the metric's value at every time. Raises Undefined."""
     times, values = _amounts(metric, states)
     key = metric.natural.replace("*", "").replace("^", "")
-    return Course(times, np.array([metric._along(value) for value in values]), ("s", key))
+    return MetricCurve(times, np.array([metric._along(value) for value in values]), ("s", key))
 
 
-def chosen(metric: Any, states: States) -> Floats:
-    """What it is made of when its value is largest, or least, or in the mean over time. Raises Undefined."""
+def reduce_history(metric: Any, states: States) -> Floats:
+    """Return the amount of the largest, least or mean value over time, by the metric's `over`. Raises Undefined."""
     times, values = _amounts(metric, states)
     if metric.when == "mean" and len(times) > 1:
         mean: Floats = np.trapezoid(values, times, axis=0) / (times[-1] - times[0])

@@ -1,11 +1,11 @@
-"""The energy that a body has turned into heat."""
+"""Energy dissipated in a body."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric_base import OfForces
-from softmark.interpreter.metrics.strain_energy import known
+from softmark.interpreter.metrics.metric_base import ForceMetric
+from softmark.interpreter.metrics.strain_energy import require_energy
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -14,26 +14,27 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Dissipation(OfForces):
-    """Energy dissipated since the start of an analysis, as stress relaxes, fluid seeps or a surface rubs on another.
+class Dissipation(ForceMetric):
+    """Energy dissipated since the start of an analysis by stress relaxation, fluid flow or friction.
 
-    What rubs is counted from state to state, as friction times pressure times slip at every node.
+    Friction is summed from state to state, as friction coefficient times pressure times slip at every node.
 
-    `solve.energies_in_time` of the report has it beside the work of internal forces and what is stored, of which it is
-    the difference but for the error of the step: what is left of the three is a measure of that. It never falls, and is
-    not defined where a law is not convex, so that its springs have no energy (W368). Nothing of an elastic body.
-    Against another model or a theory it is the difference relative to that one's.
+    `solve.energies_in_time` of the report lists it with the work of internal forces and the stored energy. It equals
+    their
+    difference up to the error of the time step, so the remainder of the three measures that error. Dissipation never
+    decreases. It is undefined for laws that are not convex, because their springs have no energy (W368), and zero for
+    elastic bodies. Against another model or a theory, the value is the difference relative to that solution.
     """
 
     body: Annotated[str, "body", "the body"]
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "J"
 
     @property
     def concerned(self) -> str:
-        """The body."""
+        """Name of the body."""
         return self.body
 
     def amount(self, rest: AtRest) -> Floats:
-        """In J. Raises Undefined where it is not known."""
-        return known(rest.dissipated)
+        """Return the dissipated energy, J. Raises Undefined if it is not known."""
+        return require_energy(rest.dissipated)

@@ -1,4 +1,4 @@
-"""What a set of distances is summed up by: the statistics that a scene may ask for, each with its unit."""
+"""Statistics of a set of distances that a scene can ask for, each with its unit."""
 
 from __future__ import annotations
 
@@ -17,44 +17,44 @@ SurfaceStatistic = Literal[
 ]
 
 
-class Summed(Metric):
-    """A metric that sums distances up by a statistic of the scene's choice, on which its unit depends."""
+class DistanceStatistic(Metric):
+    """Base class of metrics that reduce distances to one statistic; the statistic determines the unit."""
 
     statistic: str
 
     @property
     def unit(self) -> str:
-        """m, or 1 for what is relative."""
+        """Unit of the value: m, or 1 for relative statistics."""
         return "1" if self.statistic.startswith(("relative", "by_displacement")) else "m"
 
     @property
     def summed_by(self) -> str:
-        """The statistic."""
+        """Name of the statistic."""
         return self.statistic
 
     @property
     def uncertain(self) -> bool:
-        """Whether an uncertainty of the reference in m bounds what the statistic can tell.
+        """True if an uncertainty of the reference in m bounds the statistic.
 
-        A spread is left unharmed by an offset, and a ratio is not in m.
+        A standard deviation is unaffected by an offset, and a ratio is not in m.
         """
         return self.statistic in ("mean", "max", "rms")
 
     def summed(self, details: dict[str, Any], d: Floats, at_points: Floats | None) -> Measurement:
-        """The measurement whose value is the statistic asked for; d (n,) m are its samples. Raises Undefined."""
+        """Return a measurement with the requested statistic as value; d (n,), m, are its samples. Raises Undefined."""
         value = details.get(f"{self.statistic}_{self.unit}".removesuffix("_1"))
         if value is None:
             raise Undefined("no point moves, so nothing is relative to it")
         return Measurement(value, details, d, at_points)
 
 
-STILL = 1e-6  # m: a point that moves less is left out of what is relative to its motion, as the authors of 2008 do
+STILL = 1e-6  # m: points that move less are left out of relative statistics, as in Marchal et al. (2008)
 
 
-def spread(d: Floats) -> dict[str, float]:
-    """Mean, population standard deviation, extremes, root mean square and 95th percentile of distances (n,), m.
+def summarize_distances(d: Floats) -> dict[str, float]:
+    """Return mean, population standard deviation, extremes, root mean square and 95th percentile of distances (n,), m.
 
-    sd = sqrt(mean(d^2) - mean(d)^2), over n and not over n - 1.
+    sd = sqrt(mean(d^2) - mean(d)^2), divided by n and not by n - 1.
     """
     return {
         "mean_m": float(d.mean()),
@@ -72,8 +72,8 @@ def _percentile(d: Floats, percent: float) -> float:
     return float(np.percentile(d, percent))
 
 
-def ratios(d: Floats, moved: Floats, name: str) -> dict[str, Any]:
-    """Mean, population standard deviation and number of d_i / moved_i over the points that moved, by name."""
+def summarize_ratios(d: Floats, moved: Floats, name: str) -> dict[str, Any]:
+    """Return mean, population standard deviation and number of d_i / moved_i over the points that moved."""
     some = moved > STILL
     found: dict[str, Any] = {f"{name}_points": int(some.sum())}
     if some.any():

@@ -1,4 +1,4 @@
-"""The energy norm of the error, as the theory of finite elements has it."""
+"""Error in the energy norm of finite element theory."""
 
 from __future__ import annotations
 
@@ -14,49 +14,51 @@ from softmark.solvers.materials.isotropic_material import Isotropic
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Field, Floats, Seen
+    from softmark.interpreter.metrics.measurement import Field, Floats, MetricInput
     from softmark.interpreter.problem.body_case import Case
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-STEP = 1e-4  # of the body's extent
+STEP = 1e-4  # finite difference step relative to the body's extent
 
 
 @dataclass(frozen=True)
-class StrainEnergyNorm(Metric):
-    """Relative error in the energy norm: strains weighed by stiffness, over a volume.
+class EnergyNormError(Metric):
+    """Relative error in the energy norm: strain errors weighted by stiffness, over a volume.
 
     eta = sqrt(sum w dE : C : dE) / sqrt(sum w E : C : E), with E = (F^T F - I) / 2 the Green-Lagrange strain of the
-    reference, dE its difference from the model's, w the volume of each point of the probe, and C the isotropic
-    stiffness at rest, A : C : A = lam tr(A)^2 + 2 mu A : A. For small strains this is the energy norm of the theory of
-    finite elements, |e|^2 = integral of eps(e) : C : eps(e), whose square is twice the strain energy of the error
-    (Zienkiewicz and Zhu 1987). At finite strain it stays a norm of the error in strain; it is then no
-    longer the energy of any one material.
+    reference, dE its difference from the model's strain, w the volume of each point of the probe, and C the isotropic
+    stiffness at rest, A : C : A = lam tr(A)^2 + 2 mu A : A. For small strains this is the energy norm of finite element
+    theory, |e|^2 = integral of eps(e) : C : eps(e), whose square is twice the strain energy of the error (Zienkiewicz
+    and
+    Zhu 1987). At finite strain it remains a norm of the strain error, but is no longer the energy of a material.
 
-    E does not change under a rigid motion, so a rotation of either solution is no error here: what this norm finds is
-    a wrong strain, and `tip_error` finds a wrong place. The "relative energy norm error" of Marchal et al. (2008),
-    here `energy_norm`, is neither: it is an l2 norm of displacements, which weighs no strain by no stiffness, grows
-    with any rigid motion, and depends on where points lie.
+    E does not change under a rigid motion, so a rotation of either solution is not an error here. This norm detects
+    wrong
+    strains, and `tip_error` detects wrong positions. The "relative energy norm error" of Marchal et al. (2008), here
+    `energy_norm`, is an l2 norm of displacements: it has no stiffness weights, grows with any rigid motion, and depends
+    on where the points lie.
 
-    F = I + du/dX by central differences over 1e-4 of the body's extent: the error is of second order, 1e-8 relative
-    for a field that varies over the extent, rounding adds 1e-12, and the step is so much shorter than a cell that few
-    differences reach across a face of a piecewise field (those see the mean of both sides). Linear tetrahedra have a
-    constant strain in each cell: expect eta to fall with the first power of the cell size. A beam theory that keeps
-    cross-sections rigid has no lateral strain in its field; against a solid that is an error of its own, and as a
-    reference it is one that solids cannot reach.
+    F = I + du/dX by central differences over 1e-4 of the body's extent. Their error is of second order, 1e-8 relative
+    for
+    a field that varies over the extent, and rounding adds 1e-12. The step is much shorter than a cell, so few
+    differences
+    cross a face of a piecewise field (those take the mean of both sides). Linear tetrahedra have a constant strain in
+    each cell: expect eta to fall with the first power of the cell size. A beam theory with rigid cross-sections has no
+    lateral strain: compared with a solid that is a model error, and as a reference solids cannot reach it.
 
-    Beside its value a report has error_energy_J and reference_energy_J (half the two sums), volume_m3, points, step_m
-    and strain_max (largest norm of E in the reference, which tells whether strains are small).
+    The report also gives error_energy_J and reference_energy_J (half the two sums), volume_m3, points, step_m and
+    strain_max (largest norm of E in the reference, which shows whether strains are small).
     """
 
     probe: Annotated[str, "probe", "a probe of the volume"]
-    against: Annotated[str, "reference or model", "the solution that is taken as right: a field of displacements"]
+    against: Annotated[str, "reference or model", "solution taken as correct, with a displacement field"]
     unit: ClassVar[str] = "1"
     uncertain: ClassVar[bool] = False
 
-    def measure(self, seen: Seen) -> Measurement:
-        """eta. Raises Undefined without a volume, a field of the reference, moduli, or any strain to compare with."""
-        w, u, known = _wanted(seen)
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return eta. Raises Undefined without a volume, a reference field, moduli, or any strain in the reference."""
+        w, u, known = _comparison_fields(seen)
         step = STEP * float(np.linalg.norm(np.ptp(seen.X, axis=0)))
         if step == 0.0:
             raise Undefined("the points of the probe lie in one place")
@@ -76,8 +78,8 @@ class StrainEnergyNorm(Metric):
         return Measurement(math.sqrt(error / size), details)
 
 
-def _wanted(seen: Seen) -> tuple[Floats, Field, Field]:
-    """Weights, the model's field and the reference's. Raises Undefined where one is missing."""
+def _comparison_fields(seen: MetricInput) -> tuple[Floats, Field, Field]:
+    """Return the weights, the model's field and the reference's field. Raises Undefined if one is missing."""
     if seen.weights is None:
         raise Undefined("an integral over the body needs a probe of its volume")
     if seen.displacement is None:
@@ -88,17 +90,17 @@ def _wanted(seen: Seen) -> tuple[Floats, Field, Field]:
 
 
 def green_lagrange(u: Field, X: Floats, step: float) -> Floats:
-    """E = (F^T F - I) / 2 (n, 3, 3) at X (n, 3), by central differences over `step` (m)."""
+    """Return E = (F^T F - I) / 2 (n, 3, 3) at X (n, 3), by central differences over `step` (m)."""
     grad = np.empty((len(X), 3, 3))  # grad[:, i, J] = du_i/dX_J
     for J, e in enumerate(step * np.eye(3)):
         grad[:, :, J] = (u(X + e) - u(X - e)) / (2.0 * step)
     turned = grad.swapaxes(1, 2)
-    E: Floats = 0.5 * (grad + turned + turned @ grad)  # without F^T F - I, which would lose small strains
+    E: Floats = 0.5 * (grad + turned + turned @ grad)  # not F^T F - I, which would cancel for small strains
     return E
 
 
 def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
-    """sum w E : C : E, J, with the moduli at rest of the material at each point X (n, 3)."""
+    """Return sum w E : C : E, J, with the moduli at rest of the material at each point X (n, 3)."""
     materials = case.materials
     if not all(isinstance(material, Isotropic) for material in materials):
         raise Undefined("the material has no shear modulus and no Lamé constant at rest")
@@ -117,7 +119,7 @@ def _energy(E: Floats, w: Floats, case: Case, X: Floats) -> float:
 
 
 def _moduli(material: Isotropic, X: Floats) -> tuple[Floats, Floats]:
-    """mu and lam (n,) at points X (n, 3), Pa."""
+    """Return mu and lam (n,) at points X (n, 3), Pa."""
     if not material.uniform:
         from softmark.interpreter.problem.field_files import material_at
 

@@ -1,10 +1,10 @@
-"""The force with which a support holds or moves a body."""
+"""Force of a support or a contact on a body."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.metric_base import WHEN, OfForces, When
+from softmark.interpreter.metrics.metric_base import WHEN, ForceMetric, When
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -17,46 +17,51 @@ else:
 
 
 @dataclass(frozen=True)
-class Force(OfForces):
-    """Force of a support or a contact on the body, along a direction: what pulls, presses or holds it.
+class Force(ForceMetric):
+    """Force of a support or a contact on the body, along a direction.
 
-    The sum of internal less applied forces over what the support holds, found again by other formulas and balanced with
-    all loads to 1e-8 (`checks` of the report). What two supports both hold counts as that of the first in the scene;
-    the report says what acts there. Of a plate that pulls along +z it is positive along +z. Against another model it is
-    the difference relative to the size of that model's force.
+    It is the sum of internal minus applied forces over the points that the support constrains. It is computed again by
+    independent formulas and balanced with all loads to 1e-8 (`checks` of the report). The part that two supports share
+    counts for the first of them in the scene; the report gives the point of action. The force of a plate that pulls
+    along
+    +z is positive along +z. Against another model, the value is the difference relative to the magnitude of that
+    model's
+    force.
 
-    In a motion it is that of a contact, barrier and friction, at the end, or the largest or the mean over time, and a
-    curve; `MODEL.METRIC.at(2 ms)` asks for it at a time. There it is the mean over the two steps that meet, so that the
-    curve has the impulse that the body has got.
+    In a dynamic analysis it is the force of a contact, from barrier and friction: at the end, or the largest or the
+    mean
+    over time, and a curve; `MODEL.METRIC.at(2 ms)` gives the value at a time. There it is the mean over the two
+    adjacent
+    steps, so that the curve has the impulse that the body received.
 
-    Beside its value a report has size_N, that of the force whatever its direction, and in a motion largest_in_time_N
-    and when that is, largest_at_s.
+    The report also gives size_N, the magnitude of the force, and in a dynamic analysis largest_in_time_N and its time
+    largest_at_s.
     """
 
     of: Annotated[str, "support or contact", "the support, or the contact"]
     along: Annotated[tuple[float, float, float], "direction", "the direction, `+z` for a pull upwards"]
     over: Annotated[When, WHEN] = "end"
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "N"
 
     @property
     def concerned(self) -> str:
-        """The support or contact."""
+        """Name of the support or contact."""
         return self.of
 
     @property
     def direction(self) -> tuple[float, float, float]:
-        """The one direction that it looks along."""
+        """Direction along which the force is measured."""
         return self.along
 
     def amount(self, rest: AtRest) -> Floats:
-        """The force (3,), N."""
+        """Return the force (3,), N."""
         return np.array(rest.reactions[self.of].force)
 
     def acting(self, rest: AtRest) -> float:
-        """The largest load or reaction, N."""
+        """Return the largest load or reaction, N."""
         return rest.acting
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """The size of the force."""
+        """Return the magnitude of the force."""
         return {"size_N": self.size(value)}

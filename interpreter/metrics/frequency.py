@@ -1,4 +1,4 @@
-"""How fast a body vibrates."""
+"""Natural frequencies of a body."""
 
 from __future__ import annotations
 
@@ -10,33 +10,37 @@ from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.measurement import Seen
+    from softmark.interpreter.metrics.measurement import MetricInput
 
 
 @dataclass(frozen=True)
 class Frequency(Metric):
-    """The frequency of a small vibration about the equilibrium that a static analysis finds, undamped.
+    """Natural frequency of a small undamped vibration about the static equilibrium.
 
-    K phi = w^2 M phi with the tangent K under the full load: a body that loads stretch sounds higher than at rest, and
-    one that they press lower, down to none where it buckles. Modes are counted from the slowest; those of a round or
-    square body come in pairs. The mass is that of the model (`mass` of `fem`); a beam has its mass and the turning of
-    its sections at its nodes. Loads do not change the tangent of `strain = small`, which has no frequency under any;
-    pressures that follow the surface have no modes. A body with planes of symmetry has those of its modes that are
-    symmetric, and not the others, one of which may be slower. The residual of each mode is checked; it is not checked
-    by other formulas. The stated error is from a finer space over the cells, of beams and springs from coarser ones.
+    K phi = w^2 M phi with the tangent K under the full load: tension raises the frequencies and compression lowers
+    them,
+    down to zero where the body buckles. Modes are numbered from the lowest; those of a round or square body come in
+    pairs. The mass is that of the model (`mass` of `fem`); a beam has its mass and the rotational inertia of its
+    sections
+    at its nodes. With `strain = small`, loads do not change the tangent, and the metric is undefined under any load.
+    Pressures that follow the surface have no modes. A body with symmetry planes has only its symmetric modes; an
+    antisymmetric mode may be lower. The residual of each mode is checked, but no independent formulas verify it. The
+    stated error comes from a finer space over the cells; for beams and springs from coarser ones.
 
-    Beside its value a report has frequencies_Hz, all up to this mode.
+    The report also gives frequencies_Hz, all frequencies up to this mode.
 
     Source: Bathe (2014), Finite Element Procedures, chapters 10 and 11.
     """
 
     body: Annotated[str, "body", "the body that vibrates"]
-    mode: Annotated[int, "1 in [1, 1000]", "which, from the slowest"] = 1
+    mode: Annotated[int, "1 in [1, 1000]", "mode number, from the lowest frequency"] = 1
     unit: ClassVar[str] = "Hz"
     uncertain: ClassVar[bool] = False
 
-    def measure(self, seen: Seen) -> Measurement:
-        """Hz. Raises Undefined of references, motions, reduced models and what is unstable."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return the frequency, Hz. Raises Undefined for references, dynamic analyses, reduced models and unstable
+        states.
+        """
         if seen.vibrations is None:
             raise Undefined("it has no tangent of an equilibrium, which a solid, a beam or springs have in statics")
         found = seen.vibrations(self.mode)

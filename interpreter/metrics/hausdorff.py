@@ -1,4 +1,4 @@
-"""The largest distance between two surfaces."""
+"""Hausdorff distance between two surfaces."""
 
 from __future__ import annotations
 
@@ -6,30 +6,32 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.metric_base import Metric
-from softmark.interpreter.metrics.target_surface import known_surface
+from softmark.interpreter.metrics.target_surface import find_target_surface
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 from softmark.references.surface_geometry import SearchedSurface, open_edges, used
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.measurement import Seen
+    from softmark.interpreter.metrics.measurement import MetricInput
 
 
 @dataclass(frozen=True)
 class Hausdorff(Metric):
-    """Largest distance between two surfaces, from any point of either to the other.
+    """Hausdorff distance: the largest distance between two surfaces, from any point of either to the other.
 
     max(max_a min_b |a - b|, max_b min_a |b - a|), with a over the points of the deformed surface and b anywhere in the
-    triangles of the other, and the other way round. Where `surface_distance` asks only how far the model is from the
-    measurement, this asks also whether the model leaves a part of it out. Each side is taken at the corners of its
-    triangles: between them a distance may be larger, by no more than the size of a triangle.
+    triangles of the other surface, and vice versa. While `surface_distance` measures only the distance from the model
+    to
+    the measurement, this also detects parts of the measurement that the model misses. Each side is evaluated at the
+    corners of its triangles; between them a distance may be larger, by at most the size of a triangle.
 
-    A measured surface that is open, or shows more than the body, makes the way from it to the model large for no fault
-    of the model. Both ways stand in the report, and whether the measured surface is closed; the value is the larger
-    one all the same.
+    A measured surface that is open, or shows more than the body, makes the distance from it to the model large although
+    the model is not wrong. The report gives both directions, and whether the measured surface is closed; the value is
+    always the larger one.
 
-    Beside its value a report has to_reference_m (from the model), to_model_m (from the reference), reference_closed
-    and, if it is not closed, note.
+    The report also gives to_reference_m (from the model), to_model_m (from the reference), reference_closed and, if it
+    is
+    not closed, note.
     """
 
     probe: Annotated[str, "probe", "a probe of the surface"]
@@ -37,11 +39,11 @@ class Hausdorff(Metric):
     unit: ClassVar[str] = "m"
     uncertain: ClassVar[bool] = True
 
-    def measure(self, seen: Seen) -> Measurement:
-        """The larger of the two one-sided distances. Raises Undefined without two surfaces."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return the larger of the two one-sided distances. Raises Undefined without two surfaces."""
         if seen.triangles is None or not len(seen.triangles):
             raise Undefined("the way from the measured surface to the model needs a probe of a surface")
-        known, x = known_surface(seen), seen.X + seen.u
+        known, x = find_target_surface(seen), seen.X + seen.u
         forth = known.closest(x).distances  # (n,)
         back = SearchedSurface(x, seen.triangles).closest(used(known.points, known.triangles)[0]).distances
         closed = open_edges(known.triangles) == 0

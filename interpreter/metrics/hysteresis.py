@@ -1,12 +1,12 @@
-"""How much of the work of loading a body does not give back."""
+"""Hysteresis: the share of the work of loading that a body does not return."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from softmark.interpreter.metrics import curve_geometry
-from softmark.interpreter.metrics.curve_geometry import Course
-from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.curve_geometry import MetricCurve
+from softmark.interpreter.metrics.curve_metrics import CurveMetric
 from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
@@ -15,46 +15,50 @@ if TYPE_CHECKING:
     import numpy as np
 
     from softmark.interpreter.metrics.curve_geometry import Curve, Loop
-    from softmark.interpreter.metrics.measurement import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, MetricInput
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-SAME = 1e-9  # of the largest: values that are nearer are one
+SAME = 1e-9  # relative to the largest: closer values count as equal
 
 
 @dataclass(frozen=True)
-class Hysteresis(OfCurves):
-    """The area of the loop between loading and unloading, relative to the work of loading: what is not given back.
+class Hysteresis(CurveMetric):
+    """Area of the loop between loading and unloading, relative to the work of loading.
 
     The states of the analysis go up and down again: `static(states = [25, 50, 75, 100, 75, 50, 25] %)`. The curve is
-    what the metric `of` comes to where the metric `over` says that it lies, as force over travel; it turns where it
-    is farthest from its beginning. The value is 1 - (int y dx of unloading) / (int y dx of loading), on the range that
-    both ways have, exact for straight lines between states. It is 0 of whatever is elastic and finds back the way
-    that it came, 1 where nothing is given back, and negative where more comes back than was put in. Before the
-    states turn it has no value; `expect` asks for that of the last state.
+    the
+    value of the metric `of` against that of the metric `over`, such as force over travel; it turns where it is farthest
+    from its start. The value is 1 - (int y dx of unloading) / (int y dx of loading), on the range that both ways cover,
+    exact for straight lines between states. It is 0 for an elastic body that returns along the same path, 1 if no work
+    is
+    returned, and negative if more is returned than was put in. It has no value before the states turn back; `expect`
+    refers to the value of the last state.
 
-    `against` a measured curve that unloads as well: how far the two are apart, as a difference of shares, both on
-    the range of the model's loop that the measured one has too. Its uncertainty is what values that are off by
-    theirs, up on one way and down on the other, make of it, with the deviation between repeats in quadrature.
+    `against` a measured curve that also unloads, it is the difference of the two shares, both on the part of the
+    model's
+    range that was measured. Its uncertainty is the change of the share when all measured values are off by their
+    uncertainty, up on one way and down on the other, combined in quadrature with the deviation between repeats.
 
-    What is stated of it has a part for what straight lines between states leave out. Errors of mesh or segments are
-    the same on both ways where these go through the same states and agree there: all work is off by one factor then.
+    The stated error contains a part for the straight lines between states. If loading and unloading pass through the
+    same
+    states with the same values, mesh errors are the same on both ways and scale all work by one factor.
 
-    Beside its value a report has the two works, where the loop begins and ends, and where it turns; of a difference
-    both shares and covered, the share of the loop's range that was measured.
+    The report also gives the two works, where the loop begins and ends, and where it turns; for a difference also both
+    shares and covered, the share of the loop's range that was measured.
     """
 
-    of: Annotated[str, "metric", "the metric whose curve is looked at, such as a force"]
-    over: Annotated[str, "metric", "the metric along which the curve goes, such as the travel"]
-    against: Annotated[str | None, "reference", "a measured curve, a reference `curve`, that turns back as well"] = None
+    of: Annotated[str, "metric", "metric on the vertical axis of the curve, such as a force"]
+    over: Annotated[str, "metric", "metric on the horizontal axis of the curve, such as the travel"]
+    against: Annotated[str | None, "reference", "measured reference `curve` that also unloads"] = None
     of_all_states: ClassVar[bool] = True
 
-    def measure(self, seen: Seen) -> Measurement:
-        """The share that is lost, or how far it is from that of a measured curve. Raises Undefined."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return the lost share, or its difference from that of a measured curve. Raises Undefined."""
         if seen.curve is None:
             raise Undefined("it has no curve")
         along, own = seen.curve.units
-        loop = curve_geometry.loop(seen.curve.x, seen.curve.y, along)
+        loop = curve_geometry.split_loop(seen.curve.x, seen.curve.y, along)
         (loading, unloading), (low, high) = loop.works, loop.ends
         details = {
             f"loading_{own}{along}": loading, f"unloading_{own}{along}": unloading,
@@ -66,7 +70,8 @@ class Hysteresis(OfCurves):
             raise Undefined(f"`{self.against}` is no curve, or there is none to compare it with")
         return self._apart(loop, seen.known.curve, details, seen.curve)
 
-    def _apart(self, loop: Loop, reference: Curve, details: dict[str, float], course: Course) -> Measurement:
+    def _apart(self, loop: Loop, reference: Curve, details: dict[str, float], course: MetricCurve) -> Measurement:
+        """Return the difference from a measured loop, on the range that was measured. Raises Undefined."""
         (low, high), along = loop.ends, course.units[0]
         begin, end = max(low, float(reference.x[0])), min(high, float(reference.x[-1]))
         measured = reference.lost(begin, end) if reference.lost is not None and begin < end else None
@@ -80,49 +85,53 @@ class Hysteresis(OfCurves):
         details |= {"lost_share": own, "measured_share": share, "covered_share": (end - begin) / (high - low)}
         return Measurement(abs(own - share), details, uncertainty=uncertainty, curve=course)
 
-    def stated(self, course: Course, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
-        """What chords between states leave out, and what values and their places are off by. Raises Undefined."""
-        loop = curve_geometry.loop(course.x, course.y)
-        shared = _paired(course, loop.turn, off, along)
+    def stated(self, course: MetricCurve, off: Floats, along: Floats, reference: Curve | None) -> dict[str, float]:
+        """Bound the error due to chords between states, to the values and to their positions. Raises Undefined."""
+        loop = curve_geometry.split_loop(course.x, course.y)
+        shared = _is_unloading_on_loading_points(course, loop.turn, off, along)
         return {
-            "states": _chords(course, loop),
-            self.of: _moved(course, loop, off, shared),
-            self.over: _moved(course, loop, along * _steep(course), shared),
+            "states": _chord_error(course, loop),
+            self.of: _bound_change(course, loop, off, shared),
+            self.over: _bound_change(course, loop, along * _steepest_slopes(course), shared),
         }
 
 
-def _chords(course: Course, loop: Loop) -> float:
-    """A third of what it changes by without every second state, for that falls with the square of their distance."""
+def _chord_error(course: MetricCurve, loop: Loop) -> float:
+    """Return a third of the change without every second state, as the error falls with the square of their distance."""
     last = len(course.x) - 1
-    some = np.unique([0, *range(loop.turn, 0, -2), *range(loop.turn, last, 2), last])  # alike on both ways
+    some = np.unique(
+        [0, *range(loop.turn, 0, -2), *range(loop.turn, last, 2), last]
+    )  # same positions for loading and unloading
     if len(some) == last + 1:
         raise Undefined("what a curve does between two states on each way is not known")
-    return abs(curve_geometry.loop(course.x[some], course.y[some]).lost - loop.lost) / 3.0
+    return abs(curve_geometry.split_loop(course.x[some], course.y[some]).lost - loop.lost) / 3.0
 
 
-def _steep(course: Course) -> Floats:
-    """The steepest that the curve is beside each of its points (n,), on either way."""
+def _steepest_slopes(course: MetricCurve) -> Floats:
+    """Return the steepest slope next to each point of the curve (n,), on either way."""
     rises = np.abs(np.diff(course.y) / np.diff(course.x))
     before, after = np.append(rises[:1], rises), np.append(rises, rises[-1:])
     return np.asarray(np.maximum(before, after))
 
 
-def _moved(course: Course, loop: Loop, off: Floats, shared: bool) -> float:
-    """How much it may change where values are off by `off` (n,).
+def _bound_change(course: MetricCurve, loop: Loop, off: Floats, shared: bool) -> float:
+    """Bound the change of the lost share if values are off by `off` (n,).
 
-    Of works W of loading and U of unloading by up to w and u: (u + |U / W| w) / (|W| - w). Where both ways go through
-    the same states an error is that of a state, whichever way it was reached: both works are off by the same amount,
-    and the share by itself times w / (|W| - w).
+    If the work of loading W and of unloading U are off by up to w and u, the bound is (u + |U / W| w) / (|W| - w). If
+    both
+    ways pass through the same states, an error belongs to a state and not to a way: both works are off by the same
+    amount,
+    and the bound is the share times w / (|W| - w).
     """
-    w, u = curve_geometry.loop(course.x, off).works
+    w, u = curve_geometry.split_loop(course.x, off).works
     loading, unloading = loop.works
     if w >= abs(loading):
         raise Undefined("what is stated of the values is as large as they are")
     return (abs(loop.lost) * w if shared else u + abs(unloading / loading) * w) / (abs(loading) - w)
 
 
-def _paired(course: Course, turn: int, off: Floats, along: Floats) -> bool:
-    """Whether every point of the way back is one of the way there, as far as can be told."""
+def _is_unloading_on_loading_points(course: MetricCurve, turn: int, off: Floats, along: Floats) -> bool:
+    """Return whether every unloading point coincides with a loading point, within their errors."""
     back = np.arange(turn + 1, len(course.x))
     same = 2 * turn - back
     if same[-1] < 0:

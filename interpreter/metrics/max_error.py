@@ -1,11 +1,11 @@
-"""The largest error over a probe."""
+"""Largest displacement error over a probe."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class MaxError(OfDisplacements):
+class MaxError(DisplacementMetric):
     """Largest distance between model and reference over the points of a probe."""
 
-    probe: Annotated[str, "probe", "the points that are compared"]
-    against: Annotated[str, "reference or model", "the solution that is taken as right"]
+    probe: Annotated[str, "probe", "probe whose points are compared"]
+    against: Annotated[str, "reference or model", "solution taken as correct"]
     unit: ClassVar[str] = "m"
     uncertain: ClassVar[bool] = True
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-        """max |u_i - reference_i| in m."""
+        """Return max |u_i - reference_i|, m."""
         return math.sqrt(float(((u - reference) ** 2).sum(axis=1).max()))

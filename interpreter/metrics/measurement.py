@@ -1,4 +1,4 @@
-"""What a metric may look at, and what it gives: its number with whatever belongs to it."""
+"""Input of a metric (one model or reference and its reference data) and its result, a measurement."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from softmark.interpreter.metrics.curve_geometry import Course, Curve
+    from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
     from softmark.interpreter.problem.body_case import Case
     from softmark.interpreter.problem.probe_domains import ProbeDomain
     from softmark.interpreter.results.motion_history import History
@@ -28,25 +28,27 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Known:
-    """What a metric is measured against: a field of displacements, or a measured surface."""
+class ReferenceData:
+    """Reference data that a metric compares with: displacements, a measured surface or curve, forces, stresses or
+    values.
+    """
 
     name: str
     u: Floats | None = None  # (n, 3) m at the points of the metric's probe
-    displacement: Field | None = None  # (n, 3) -> (n, 3), of any material point
+    displacement: Field | None = None  # (n, 3) -> (n, 3), m, for any material points
     surface: MeasuredSurface | None = None
     uncertainty: float = 0.0  # m
-    times: Floats | None = None  # (t,) s, and
-    course: Floats | None = None  # (t, n, 3) m at the points of the probe, of a model with a history
-    at_rest: AtRest | None = None  # of a model
-    curve: Curve | None = None  # that was measured
-    stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
-    value: KnownValue | None = None  # that was given
+    times: Floats | None = None  # (t,) s
+    course: Floats | None = None  # (t, n, 3) m, displacement history at the points of the probe
+    at_rest: AtRest | None = None  # reactions, contact results and energies
+    curve: Curve | None = None  # measured curve
+    stress: Callable[[], Stresses] | None = None  # stress field of a model on a mesh; raises NoStress
+    value: KnownValue | None = None  # given value
 
 
 @dataclass(frozen=True)
-class Seen:
-    """One model or reference, as a metric sees it.
+class MetricInput:
+    """Input of a metric: the results of one model or reference.
 
     X, u: material points (n, 3) of the metric's probe and their displacements (n, 3), m, empty without a probe.
     `triangles` (k, 3) over X for a probe of a surface; `weights` (n,) for a probe of a volume, m^3.
@@ -58,24 +60,24 @@ class Seen:
     u: Floats
     triangles: Ints | None = None
     weights: Floats | None = None
-    known: Known | None = None
+    known: ReferenceData | None = None
     displacement: Field | None = None
     clock: Mapping[str, Timing | None] = field(default_factory=dict)
     history: History | None = None
     solve: Mapping[str, Any] = field(default_factory=dict)  # iterations, tolerance, whether it was capped
-    times: Floats | None = None  # (t,) s, and
-    course: Floats | None = None  # (t, n, 3) m at the points of the probe, where there is a history
-    stress: Callable[[], Stresses] | None = None  # of a model on a mesh; it raises NoStress
-    at_rest: AtRest | None = None  # of a model: what supports carry, and energies
+    times: Floats | None = None  # (t,) s
+    course: Floats | None = None  # (t, n, 3) m, displacement history at the points of the probe
+    stress: Callable[[], Stresses] | None = None  # stress field of a model on a mesh; raises NoStress
+    at_rest: AtRest | None = None  # reactions, contact results and energies of a model
     vibrations: Callable[[int], Floats] | None = None  # the lowest frequencies, Hz; raises Undefined
-    curve: Course | None = None  # of another metric, where it is asked for
-    number: Number | None = None  # of another metric, where it is asked for
+    curve: MetricCurve | None = None  # of another metric, for metrics that need it
+    number: MetricNumber | None = None  # of another metric, for metrics that need it
     domain: ProbeDomain | None = None  # of the probe, for metrics of stress and strain
 
 
 @dataclass(frozen=True)
-class Number:
-    """What another metric comes to, SI; `unit` as keys of details end in it."""
+class MetricNumber:
+    """Value of another metric, SI; `unit` is written as in the keys of details."""
 
     value: float
     unit: str
@@ -83,10 +85,10 @@ class Number:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A value in the metric's unit, with further numbers (`details`, SI), and the `samples` that it sums up.
+    """Value in the metric's unit, with further numbers (`details`, SI) and the `samples` it was computed from.
 
-    `at_points` (n,) is the error at each point of the probe in m, for pictures; `curve` what was compared with a curve.
-    `uncertainty` is that of the reference in the metric's own unit, where it is not one number for all.
+    `at_points` (n,) is the error at each point of the probe in m, for pictures; `curve` is the compared curve.
+    `uncertainty` is that of the reference in the metric's own unit, if it is not the same for all metrics.
     """
 
     value: float
@@ -94,4 +96,4 @@ class Measurement:
     samples: Floats | None = None
     at_points: Floats | None = None
     uncertainty: float | None = None
-    curve: Course | None = None
+    curve: MetricCurve | None = None

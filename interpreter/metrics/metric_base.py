@@ -1,4 +1,4 @@
-"""What every metric says."""
+"""Base classes of metrics."""
 
 from __future__ import annotations
 
@@ -12,128 +12,135 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from softmark.interpreter.language.compiled_scene import Scene
-    from softmark.interpreter.metrics.curve_geometry import Course
-    from softmark.interpreter.metrics.measurement import Measurement, Seen
+    from softmark.interpreter.metrics.curve_geometry import MetricCurve
+    from softmark.interpreter.metrics.measurement import Measurement, MetricInput
     from softmark.interpreter.results.reaction_results import AtRest
 
     Floats = NDArray[np.float64]
 
 When = Literal["end", "largest", "mean"]
-WHEN = "in a motion: its value at the end, the largest of all times, or the mean over time"
+WHEN = "in a dynamic analysis: value at the end, largest value over time, or mean over time"
 
 
 class Metric:
-    """A number of an answer; what it looks at are its fields `probe` and `against`, where it has them."""
+    """A number computed from the results of a model or reference.
 
-    last: ClassVar[bool] = False  # whether it looks at the last point of its probe alone
-    followed: ClassVar[bool] = False  # whether it has values over time in a motion, beside that of its end
-    of_all_states: ClassVar[bool] = False  # whether it is of the way through all states: expected of the last alone
+    Its fields `probe` and `against`, if it has them, name the points it evaluates and the reference it compares with.
+    """
+
+    last: ClassVar[bool] = False  # true if it evaluates only the last point of its probe
+    followed: ClassVar[bool] = False  # true if it has a history in a dynamic analysis
+    of_all_states: ClassVar[bool] = False  # true if it needs the whole sequence of states; `expect` uses the last
 
     @property
     def unit(self) -> str:
-        """Of its value."""
+        """Unit of its value."""
         raise NotImplementedError(f"{type(self).__name__} has no unit")
 
     @property
     def uncertain(self) -> bool:
-        """Whether an uncertainty of the reference, in m, bounds it."""
+        """True if an uncertainty of the reference, in m, bounds the value."""
         return False
 
     @property
     def looked_at(self) -> str | None:
-        """Its probe; None of one about the computation itself."""
+        """Name of its probe; None for a metric of forces, energies or computing time."""
         return vars(self).get("probe")
 
     @property
     def concerned(self) -> str | None:
-        """The declaration whose body it is about, if not a probe: a support, a load, a body; None of all bodies."""
+        """Name of the support, load, contact or body that it evaluates, if not a probe; None for all bodies."""
         return vars(self).get("body")
 
     def body_in(self, scene: Scene) -> str | None:
-        """The body that it is about; None of all."""
+        """Return the name of the body that it evaluates; None for all bodies."""
         if (name := self.looked_at or self.concerned) is None:
             return None
         declared = scene.declared[name]
         return name if declared.kind == "body" else vars(declared.thing).get("body")
 
     def probe_in(self, scene: Scene) -> str | None:
-        """The probe at which its number is found, whichever metric looks there; None of one without any."""
+        """Return the name of the probe at which it, or the metric it is derived from, is evaluated; None without one."""
         return self.looked_at
 
     @property
     def measured_from(self) -> str | None:
-        """The reference or model that it is an error from."""
+        """Name of the reference or model that it compares with."""
         return vars(self).get("against")
 
     @property
     def in_time(self) -> bool:
-        """Whether it has a value at each time of a motion: it is followed, an error of nothing and not of all times."""
+        """True if it has a value at each time of a dynamic analysis: it has a history, and is no error or summary of
+        times.
+        """
         return False
 
     @property
     def summed_by(self) -> str:
-        """What of the values at its points it is."""
+        """Name of the statistic that reduces the values at points to one number."""
         return "max"
 
     @property
     def direction(self) -> tuple[float, float, float] | None:
-        """The one direction that it looks along."""
+        """Direction along which it measures; None if it has no direction."""
         return None
 
-    def measure(self, seen: Seen) -> Measurement:
-        """Its value, and what else it knows. Raises Undefined, with a reason, where it has none."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return its value and details. Raises Undefined, with a reason, if it has no value."""
         raise NotImplementedError(f"{type(self).__name__} measures nothing")
 
 
-class OfForces(Metric):
-    """One that is made of what a state of rest says of forces; against another model it is relative to that."""
+class ForceMetric(Metric):
+    """Base class of metrics of forces and energies at equilibrium; a difference to another model is relative."""
 
-    natural: ClassVar[str]  # the unit of its value
+    natural: ClassVar[str]  # unit of its value
     followed: ClassVar[bool] = True
-    extreme: ClassVar[str] = "largest"  # or `least`: which of its values in a motion is the one to know
-    of_surface: ClassVar[bool] = False  # whether it is told of the surface in contact, which is not kept of every step
+    extreme: ClassVar[str] = "largest"  # `largest` or `least`: extreme over time that a report gives
+    of_surface: ClassVar[bool] = False  # needs contact surface data, which not every step stores
 
     @property
     def in_time(self) -> bool:
-        """Whether it has a value at each time of a motion."""
+        """True if it has a value at each time of a dynamic analysis."""
         return self.followed and self.measured_from is None and self.when == "end"
 
     @property
     def when(self) -> str:
-        """Which of its values in a motion it is: `end`, `largest` or `mean`."""
+        """Value over time that the metric reports: `end`, `largest` or `mean`."""
         return str(vars(self).get("over", "end"))
 
     @property
     def unit(self) -> str:
-        """Of its value: a plain number where it is an error."""
+        """Unit of its value: 1 if it is a relative error."""
         return self.natural if self.measured_from is None else "1"
 
     def amount(self, rest: AtRest) -> Floats:
-        """A number (), or a vector of which it is a component (3,), in its natural unit. Raises Undefined."""
+        """Return the metric's number (), or the vector (3,) whose component it is, in its natural unit. Raises
+        Undefined.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no value")
 
-    def measure(self, seen: Seen) -> Measurement:
-        """Its value, or how far it is from that of another model, relative to its size. Raises Undefined."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return its value, or its difference from another model relative to that model. Raises Undefined."""
         from softmark.interpreter.metrics.measurement import Measurement
 
-        own = self._known(seen.at_rest)
+        own = self._available_amount(seen.at_rest)
         if self.measured_from is None:
             course = self.course(seen.at_rest)
-            details = self.details(own) | ({} if course is None else self._farthest(course))
+            details = self.details(own) | ({} if course is None else self._extreme_over_time(course))
             off = None if seen.at_rest is None or seen.at_rest.off is None else seen.at_rest.off * abs(self._along(own))
             return Measurement(self._along(own), details, uncertainty=off, curve=course)
         rest = None if seen.known is None else seen.known.at_rest
-        right = self._right(rest)
+        right = self._reference_amount(rest)
         if (size := self.size(right)) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
         off = None if rest is None else rest.off
         return Measurement(abs(self._along(own) - self._along(right)) / size, uncertainty=off)
 
-    def _right(self, rest: AtRest | None) -> Floats:
-        """What is taken as right. Raises Undefined where that does not say it, whatever our models would say."""
+    def _reference_amount(self, rest: AtRest | None) -> Floats:
+        """Return the amount of the solution it compares with. Raises Undefined if that solution does not have it."""
         nothing = Undefined(f"`{self.measured_from}` tells nothing of it")
         try:
-            right = self._known(rest)
+            right = self._available_amount(rest)
         except Undefined:
             if rest is None or rest.reason is not None:
                 raise
@@ -143,72 +150,77 @@ class OfForces(Metric):
         return right
 
     def size(self, value: Floats) -> float:
-        """What an error is relative to: of a vector its size, whatever component is looked at."""
+        """Return the magnitude that an error is relative to: for a vector its norm, whatever the component."""
         return math.sqrt(float((value**2).sum()))
 
     def apart(self, rest: AtRest | None, right: AtRest | None) -> float:
-        """How far it is from that of a solution taken as right: of vectors all components, for one may agree by chance.
+        """Return the difference from a solution taken as correct, in the metric's unit. Raises Undefined.
 
-        In its unit, so that it is relative where it is an error. Raises Undefined.
+        For vectors it includes all components, since one may agree by chance. It is relative if the metric is an error.
         """
-        far = self.distance(*(self._sound(known) for known in (rest, right)))
+        far = self.distance(*(self._require_results(known) for known in (rest, right)))
         if self.measured_from is None:
             return far
-        if (size := self.size(self._known(right))) == 0.0:
+        if (size := self.size(self._available_amount(right))) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero, so nothing is relative to it")
         return far / size
 
     def distance(self, rest: AtRest, right: AtRest) -> float:
-        """The same in its natural unit. Raises Undefined."""
-        return self.size(self._chosen(rest) - self._chosen(right))
+        """Return the difference of two solutions in the natural unit. Raises Undefined."""
+        return self.size(self._reported_amount(rest) - self._reported_amount(right))
 
     def extent(self, rest: AtRest | None) -> float:
-        """What a relative error of it is multiplied by, in its unit. Raises Undefined."""
-        return self.size(self._known(rest)) if self.measured_from is None else 1.0
+        """Return the factor from a relative error to the metric's unit. Raises Undefined."""
+        return self.size(self._available_amount(rest)) if self.measured_from is None else 1.0
 
-    def at_points(self, X: Floats) -> OfForces:
-        """The same of points X (n, 3), m, of its probe, where it has one."""
+    def at_points(self, X: Floats) -> ForceMetric:
+        """Return the same metric at the points X (n, 3), m, of its probe, if it has one."""
         return self
 
     def acting(self, rest: AtRest) -> float:
-        """What of its kind there is in the whole body, in its natural unit: rounding leaves a part of that."""
+        """Return the largest such quantity in the whole body, in the natural unit; rounding errors scale with it."""
         return 0.0
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """What a report has beside the value."""
+        """Return further numbers for the report."""
         return {}
 
     def _along(self, value: Floats) -> float:
+        """Return the component along the metric's direction."""
         if self.direction is None:
             return float(value)
-        return sum(float(v) * d for v, d in zip(value, self.direction, strict=True) if d)  # a theory may not know all
+        return sum(
+            float(v) * d for v, d in zip(value, self.direction, strict=True) if d
+        )  # a theory may leave components undefined (nan)
 
-    def course(self, rest: AtRest | None) -> Course | None:
-        """Its values over time, in motion; None at rest. Raises Undefined."""
-        if (known := self._sound(rest)).followed is None:
+    def course(self, rest: AtRest | None) -> MetricCurve | None:
+        """Return its values over time in a dynamic analysis; None in statics. Raises Undefined."""
+        if (known := self._require_results(rest)).followed is None:
             return None
-        from softmark.interpreter.metrics.contact_histories import course
+        from softmark.interpreter.metrics.contact_histories import build_history
 
-        return course(self, known.followed)
+        return build_history(self, known.followed)
 
-    def _farthest(self, course: Course) -> dict[str, Any]:
-        """What a report has besides, of a motion: its largest value, or least, and when that is."""
+    def _extreme_over_time(self, course: MetricCurve) -> dict[str, Any]:
+        """Return its largest or least value over time and the time of it, for the report."""
         at = int((course.y if self.extreme == "least" else -abs(course.y)).argmin())
         unit = course.units[1]
         return {f"{self.extreme}_in_time_{unit}": float(course.y[at]), f"{self.extreme}_at_s": float(course.x[at])}
 
-    def _known(self, rest: AtRest | None) -> Floats:
-        return self._chosen(self._sound(rest))
+    def _available_amount(self, rest: AtRest | None) -> Floats:
+        """Return the amount at the reported time. Raises Undefined if the solution does not have it."""
+        return self._reported_amount(self._require_results(rest))
 
-    def _chosen(self, rest: AtRest) -> Floats:
-        """What it is of, of a motion at the time that counts. Raises Undefined."""
+    def _reported_amount(self, rest: AtRest) -> Floats:
+        """Return the amount at the reported time of a dynamic analysis. Raises Undefined."""
         if rest.followed is None or self.when == "end":
             return self.amount(rest)
-        from softmark.interpreter.metrics.contact_histories import chosen
+        from softmark.interpreter.metrics.contact_histories import reduce_history
 
-        return chosen(self, rest.followed)
+        return reduce_history(self, rest.followed)
 
-    def _sound(self, rest: AtRest | None) -> AtRest:
+    def _require_results(self, rest: AtRest | None) -> AtRest:
+        """Return the results at equilibrium. Raises Undefined if there are none for this metric."""
         if rest is None:
             raise Undefined("a reference has no forces")
         if not rest.knows(self.concerned):
@@ -216,37 +228,39 @@ class OfForces(Metric):
         return rest
 
 
-class OfMetric(Metric):
-    """One of what another metric, `of`, comes to, relative to what that is held against."""
+class DerivedMetric(Metric):
+    """Base class of metrics that evaluate another metric, `of`, relative to its reference."""
 
     if TYPE_CHECKING:
         of: str
 
     @property
     def unit(self) -> str:
-        """Of its value, which is relative."""
+        """Unit of its value, which is relative."""
         return "1"
 
     @property
     def concerned(self) -> str:
-        """The other metric."""
+        """Name of the other metric."""
         return self.of
 
     def body_in(self, scene: Scene) -> str | None:
-        """That of the other metric."""
+        """Return the name of the body of the other metric."""
         body: str | None = scene.declared[self.of].thing.body_in(scene)
         return body
 
 
-class OfDisplacements(Metric):
-    """One that is made of displacements at points, and of nothing else."""
+class DisplacementMetric(Metric):
+    """Base class of metrics that need only the displacements at points."""
 
     def value(self, X: Floats, u: Floats, reference: Any) -> float:
-        """Of material points X (n, 3) and displacements u (n, 3), m, and those of the reference, if it has one."""
+        """Return the value from material points X (n, 3) and displacements u and reference (n, 3), m; reference may be
+        None.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no value")
 
-    def measure(self, seen: Seen) -> Measurement:
-        """Its value. Raises Undefined where the reference has no displacements."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return its value. Raises Undefined if the reference has no displacements."""
         from softmark.interpreter.metrics.measurement import Measurement
 
         if self.measured_from and (seen.known is None or seen.known.u is None):

@@ -1,4 +1,4 @@
-"""Metrics: every number that a scene asks for, of whoever it can be asked of."""
+"""Evaluation of the metrics of a scene for each model and reference."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.language.plugin_words import blamed
-from softmark.interpreter.metrics.curve_geometry import Course
-from softmark.interpreter.metrics.curve_metrics import OfCurves
-from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
-from softmark.interpreter.metrics.metric_base import Metric, OfForces
+from softmark.interpreter.language.plugin_words import find_faulty_plugin
+from softmark.interpreter.metrics.curve_geometry import MetricCurve
+from softmark.interpreter.metrics.curve_metrics import CurveMetric
+from softmark.interpreter.metrics.measurement import Measurement, MetricInput, MetricNumber, ReferenceData
+from softmark.interpreter.metrics.metric_base import ForceMetric, Metric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.problem.body_case import body_of
@@ -26,77 +26,82 @@ from softmark.interpreter.results.run_report import MetricResult, ProbeResult, S
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 
 Floats = NDArray[np.float64]
-SAMPLES = 5000  # of a metric that a report keeps
-DRAWN = 400  # points of a curve that it keeps
-FOLLOWED = 2000  # of one over time, which is asked for its value at a time
+SAMPLES = 5000  # largest number of samples of a metric in a report
+DRAWN = 400  # largest number of points of a curve in a report
+FOLLOWED = 2000  # the same for a curve over time, whose value at a time may be requested
 
 
-def metrics_of(
+def evaluate_metrics(
     scene: Scene,
     view: View,
     views: Mapping[str, View],
     before: Sequence[Mapping[str, View]] = (),
     coming: Container[str] = (),
 ) -> tuple[dict[str, MetricResult], dict[str, Floats]]:
-    """The metrics of one model or reference, and their errors at the points of their probes (n,), m.
+    """Return the metrics of one model or reference, and their errors at the points of their probes (n,), m.
 
-    `before` are the views in the states before, in their order; `coming` the models that are asked for.
+    `before` are the views in the previous states, in order; `coming` are the names of the models still to be solved.
     """
     found, errors = {}, {}
     for metric in scene.of_kind("metric").values():
-        if _concerns(scene, metric, view):
+        if _is_applicable(scene, metric, view):
             against = metric.thing.measured_from
             if against is not None and against not in views:
-                found[metric.name] = _alone(scene, metric, view, against in coming)
+                found[metric.name] = _missing_reference_result(scene, metric, view, against in coming)
                 continue
-            result, at_points = _metric(scene, metric, view, views, before)
-            if result.value is None and _of_theory(scene, metric, view):
-                continue  # which says nothing of it
+            result, at_points = _evaluate_metric(scene, metric, view, views, before)
+            if result.value is None and _is_force_of_theory(scene, metric, view):
+                continue  # the theory does not know this force
             found[metric.name] = result
             if at_points is not None:
                 errors[metric.name] = at_points
     return found, errors
 
 
-def _concerns(scene: Scene, metric: Declared, view: View) -> bool:
-    """Whether a metric looks at the body of a view, and does not compare it with itself or with another body."""
+def _is_applicable(scene: Scene, metric: Declared, view: View) -> bool:
+    """Return whether a metric is about the body of a view and does not compare it with itself or with another body."""
     against = metric.thing.measured_from
     if against == view.name:
         return False
     probe, model = metric.thing.probe_in(scene), scene.declared[view.name].kind == "model"
-    if probe is None:  # about forces, or the computation itself
+    if probe is None:  # metric of forces, energies or computing time
         same = against is None or body_of(scene, scene.declared[against]) == view.body
-        return (model or _of_theory(scene, metric, view)) and same and metric.thing.body_in(scene) in (None, view.body)
-    if not model and view.message is None and probe not in view.probes:  # measured elsewhere
+        return (
+            (model or _is_force_of_theory(scene, metric, view))
+            and same
+            and metric.thing.body_in(scene) in (None, view.body)
+        )
+    if not model and view.message is None and probe not in view.probes:  # the reference has no data at this probe
         return False
     return bool(scene.declared[probe].thing.body == view.body)
 
 
-def _of_theory(scene: Scene, metric: Declared, view: View) -> bool:
-    """Whether it is of forces themselves, which a theory may say of the part of the body that a scene has."""
+def _is_force_of_theory(scene: Scene, metric: Declared, view: View) -> bool:
+    """Return whether the metric is a force or energy that a theory may know."""
     theory = scene.declared[view.name].kind != "model" and view.at_rest is not None
-    return theory and isinstance(metric.thing, OfForces) and metric.thing.measured_from is None
+    return theory and isinstance(metric.thing, ForceMetric) and metric.thing.measured_from is None
 
 
-def _metric(
+def _evaluate_metric(
     scene: Scene, metric: Declared, view: View, views: Mapping[str, View], before: Sequence[Mapping[str, View]]
 ) -> tuple[MetricResult, Floats | None]:
+    """Evaluate one metric of a model or reference."""
     thing = metric.thing
-    published = published_of(scene, metric.name, view.name)
+    published = find_published_value(scene, metric.name, view.name)
     try:
-        seen = seen_of(thing, view, views)
-        if isinstance(thing, OfCurves):
-            seen = replace(seen, curve=course_of(scene, thing, [*(known[view.name] for known in before), view]))
+        seen = collect_metric_input(thing, view, views)
+        if isinstance(thing, CurveMetric):
+            seen = replace(seen, curve=evaluate_curve(scene, thing, [*(known[view.name] for known in before), view]))
         elif isinstance(thing, ErrorOfValue):
-            seen = replace(seen, number=number_of(scene, thing, view))
-        measured = measured_by(thing, seen)
+            seen = replace(seen, number=evaluate_number(scene, thing, view))
+        measured = measure_metric(thing, seen)
     except Undefined as undefined:
         return MetricResult(None, thing.unit, str(undefined), published=published), None
     if not math.isfinite(measured.value):
         return MetricResult(None, thing.unit, "the value is not a finite number", published=published), None
     against = views.get(thing.measured_from or "")
     uncertainty = measured.uncertainty or (against.uncertainty if against and thing.uncertain else 0.0)
-    samples = () if measured.samples is None else _some(measured.samples[np.isfinite(measured.samples)])
+    samples = () if measured.samples is None else _thin_samples(measured.samples[np.isfinite(measured.samples)])
     result = MetricResult(
         measured.value,
         thing.unit,
@@ -104,92 +109,92 @@ def _metric(
         samples=samples,
         uncertainty=uncertainty if uncertainty and math.isfinite(uncertainty) else None,
         published=published,
-        curve=None if measured.curve is None else _drawn(measured.curve),
+        curve=None if measured.curve is None else _thin_curve(measured.curve),
         doubt=(against or view).doubt,
     )
     at_points = measured.at_points
     return result, at_points if at_points is None or np.all(np.isfinite(at_points)) else None
 
 
-def _alone(scene: Scene, metric: Declared, view: View, coming: bool) -> MetricResult:
-    """Of a metric against a model of which there is nothing: its turn is yet to come, or it was left out."""
+def _missing_reference_result(scene: Scene, metric: Declared, view: View, coming: bool) -> MetricResult:
+    """Return a result without value: the model it compares with is not solved yet, or was left out of the run."""
     against = metric.thing.measured_from
     why = "is not computed yet" if coming else f"this run leaves out: `--model {view.name} --model {against}`"
     reason = f"it is measured against `{against}`, which {why}"
-    return MetricResult(None, metric.thing.unit, reason, published=published_of(scene, metric.name, view.name))
+    return MetricResult(None, metric.thing.unit, reason, published=find_published_value(scene, metric.name, view.name))
 
 
-def _some(samples: Floats) -> tuple[float, ...]:
-    """At most SAMPLES values, every so many of them."""
+def _thin_samples(samples: Floats) -> tuple[float, ...]:
+    """Return at most SAMPLES values, evenly spaced in the list."""
     return tuple(samples[:: -(-len(samples) // SAMPLES) or 1].tolist())
 
 
-def _drawn(course: Course) -> SeenCurve:
-    """A course as a report keeps it: some of its points, each end among them."""
+def _thin_curve(course: MetricCurve) -> SeenCurve:
+    """Thin a curve for the report; both ends are kept."""
     chosen = picked(len(course.x), FOLLOWED if course.units[0] == "s" else DRAWN)
     known = None if course.known is None else course.known[chosen]
     return SeenCurve(course.x[chosen], course.y[chosen], course.units, known=known)
 
 
-def course_of(scene: Scene, thing: OfCurves, views: Sequence[View]) -> Course:
-    """The curve of the metric that another is about: over time, or at rest from state to state. Raises Undefined.
+def evaluate_curve(scene: Scene, thing: CurveMetric, views: Sequence[View]) -> MetricCurve:
+    """Return the curve of the metric `of`: over time, or in statics from state to state. Raises Undefined.
 
-    `views` are those of one model in every state, in their order.
+    `views` are those of one model in every state, in order.
     """
     of = scene.declared[thing.of].thing
     if isinstance(views[-1].case.analysis, Dynamic):
-        own = seen_of(of, views[-1], {})
+        own = collect_metric_input(of, views[-1], {})
         if of.followed:
-            return followed(of, own.at_rest)
+            return force_history(of, own.at_rest)
         if own.times is None or own.course is None or of.direction is None:
             raise Undefined("it has no history")
-        return Course(own.times, own.course[:, -1] @ np.array(of.direction), ("s", key_of(of.unit)))
+        return MetricCurve(own.times, own.course[:, -1] @ np.array(of.direction), ("s", unit_key(of.unit)))
     times = [a.now for view in views if isinstance(a := view.case.analysis, Quasistatic)]
     if thing.over is None and times:
-        y = np.array([_own_value(of, view) for view in views])
-        return Course(np.array(times), y, ("s", key_of(of.unit)))
+        y = np.array([_evaluate_value(of, view) for view in views])
+        return MetricCurve(np.array(times), y, ("s", unit_key(of.unit)))
     if thing.over is None:
         raise Undefined("it is at rest, and says not along what the curve goes")
     over = scene.declared[thing.over].thing
-    x, y = (np.array([_own_value(one, view) for view in views]) for one in (over, of))
-    return Course(x, y, (key_of(over.unit), key_of(of.unit)))
+    x, y = (np.array([_evaluate_value(one, view) for view in views]) for one in (over, of))
+    return MetricCurve(x, y, (unit_key(over.unit), unit_key(of.unit)))
 
 
-def followed(of: OfForces, rest: AtRest | None) -> Course:
-    """The course of what a contact does. Raises Undefined where it has none."""
+def force_history(of: ForceMetric, rest: AtRest | None) -> MetricCurve:
+    """Return the time history of a contact metric. Raises Undefined if it has none."""
     if (course := of.course(rest)) is None:
         raise Undefined("it has no history")
     return course
 
 
-def number_of(scene: Scene, thing: ErrorOfValue, view: View) -> Number:
-    """What the metric comes to whose number is held against a value. Raises Undefined."""
+def evaluate_number(scene: Scene, thing: ErrorOfValue, view: View) -> MetricNumber:
+    """Return the value of the metric that is compared with a given value. Raises Undefined."""
     of = scene.declared[thing.of].thing
-    return Number(_own_value(of, view), key_of(of.unit))
+    return MetricNumber(_evaluate_value(of, view), unit_key(of.unit))
 
 
-def _own_value(thing: Metric, view: View) -> float:
-    """Of a metric that is measured from nothing. Raises Undefined."""
-    return measured_by(thing, seen_of(thing, view, {})).value
+def _evaluate_value(thing: Metric, view: View) -> float:
+    """Return the value of a metric that has no reference. Raises Undefined."""
+    return measure_metric(thing, collect_metric_input(thing, view, {})).value
 
 
-def key_of(unit: str) -> str:
-    """A unit as the keys of details end in it: `Nm` for `N*m`."""
+def unit_key(unit: str) -> str:
+    """Return a unit as the keys of details end in it: `Nm` for `N*m`."""
     return unit.replace("*", "").replace("^", "")
 
 
-def measured_by(thing: Metric, seen: Seen) -> Measurement:
-    """What a metric makes of what it sees. Raises Undefined."""
+def measure_metric(thing: Metric, seen: MetricInput) -> Measurement:
+    """Measure a metric; errors of a plugin become Undefined. Raises Undefined."""
     try:
         return thing.measure(seen)
     except Exception as error:
-        if (whose := blamed(error)) is None:
+        if (whose := find_faulty_plugin(error)) is None:
             raise
         raise Undefined(whose) from error
 
 
-def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
-    """What the metric may look at. Raises Undefined where it is not there."""
+def collect_metric_input(thing: Metric, view: View, views: Mapping[str, View]) -> MetricInput:
+    """Collect the input of a metric. Raises Undefined if it is missing."""
     nothing, name = np.zeros((0, 3)), thing.looked_at
     own = ProbeResult(nothing, nothing)
     if name is not None:
@@ -199,14 +204,14 @@ def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
     elif view.message is not None:
         raise Undefined(view.message)
     against = thing.measured_from
-    return Seen(
+    return MetricInput(
         view.name,
         view.case,
         own.points,
         own.displacement,
         own.triangles,
         view.weights.get(name or ""),
-        None if against is None else _known(against, views.get(against), name, own),
+        None if against is None else _collect_reference_data(against, views.get(against), name, own),
         view.displacement,
         view.clock,
         view.history,
@@ -220,18 +225,19 @@ def seen_of(thing: Metric, view: View, views: Mapping[str, View]) -> Seen:
     )
 
 
-def _known(against: str, reference: View | None, probe: str | None, own: ProbeResult) -> Known:
+def _collect_reference_data(against: str, reference: View | None, probe: str | None, own: ProbeResult) -> ReferenceData:
+    """Collect the reference data of a metric. Raises Undefined if the reference has no solution."""
     if reference is None:
         raise Undefined(f"there is nothing of `{against}` to compare with")
     if reference.message is not None:
         raise Undefined(f"the reference `{reference.name}` has no solution")
     seen = reference.probes.get(probe or "")
     surface = reference.surface
-    if callable(surface):  # it is registered onto what is compared with it
+    if callable(surface):  # the measured surface is registered onto the computed one
         if own.triangles is None:
             raise Undefined("registering onto a computed surface needs a probe of a surface")
         surface = surface(own.position, own.triangles)
-    return Known(
+    return ReferenceData(
         reference.name,
         seen.displacement if seen else None,
         reference.displacement,
@@ -246,8 +252,8 @@ def _known(against: str, reference: View | None, probe: str | None, own: ProbeRe
     )
 
 
-def published_of(scene: Scene, metric: str, owner: str) -> float | None:
-    """What the scene says that others found for a model and a metric, in the metric's unit."""
+def find_published_value(scene: Scene, metric: str, owner: str) -> float | None:
+    """Return the published value that the scene gives for a model and a metric, in the metric's unit, or None."""
     for table in scene.of_kind("published").values():
         if table.thing.metric == metric and owner in table.thing.of:
             value: float = table.thing.values.values[table.thing.of.index(owner)]

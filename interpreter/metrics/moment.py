@@ -1,10 +1,10 @@
-"""The moment with which a support holds or turns a body."""
+"""Moment of a support or a contact on a body."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.metric_base import WHEN, OfForces, When
+from softmark.interpreter.metrics.metric_base import WHEN, ForceMetric, When
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -19,39 +19,42 @@ Vector3 = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Moment(OfForces):
-    """Moment of a support or a contact on the body, about an axis: a torque, or what a clamp resists.
+class Moment(ForceMetric):
+    """Moment of a support or a contact on the body about an axis, such as a torque or a clamping moment.
 
-    Forces act where their points came to lie; in a model of small strain where they were. Without `about` the point is
-    the middle of what is held, there where it came to lie: of its volume, or where no cell is held whole, of its area
-    on the surface; of a beam, of the length of its axis. It is `at` of the reaction in the report. Found again and
-    balanced as forces are. Against another model it is the difference relative to the size of that model's moment.
+    Forces act at the deformed positions of their points; in a model of small strain at the undeformed ones. By default
+    the reference point is the centroid of the constrained part in its deformed position: of its volume, or of its
+    surface
+    area if no whole cell is constrained; for a beam, of the length of its axis. The report gives it as `at` of the
+    reaction. The moment is verified and balanced as forces are. Against another model, the value is the difference
+    relative to the magnitude of that model's moment.
 
-    In a motion it is that of a contact, as its force is.
+    In a dynamic analysis it is the moment of a contact, as for its force.
 
-    Beside its value a report has size_Nm, that of the moment whatever its direction, and in a motion largest_in_time_Nm
-    and when that is, largest_at_s.
+    The report also gives size_Nm, the magnitude of the moment, and in a dynamic analysis largest_in_time_Nm and its
+    time
+    largest_at_s.
     """
 
     of: Annotated[str, "support or contact", "the support, or the contact"]
     along: Annotated[Vector3, "direction", "the axis, right-handed"]
-    about: Annotated[Vector3 | None, "m", "a point of the axis; without it the middle of what is held"] = None
+    about: Annotated[Vector3 | None, "m", "point on the axis; default: centroid of the constrained part"] = None
     over: Annotated[When, WHEN] = "end"
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "N*m"
 
     @property
     def concerned(self) -> str:
-        """The support or contact."""
+        """Name of the support or contact."""
         return self.of
 
     @property
     def direction(self) -> Vector3:
-        """The one direction that it looks along."""
+        """Axis about which the moment is measured."""
         return self.along
 
     def amount(self, rest: AtRest) -> Floats:
-        """The moment (3,), N m."""
+        """Return the moment (3,), N m."""
         own = rest.reactions[self.of]
         if self.about is None:
             return np.array(own.own_moment)
@@ -59,9 +62,9 @@ class Moment(OfForces):
         return moment
 
     def acting(self, rest: AtRest) -> float:
-        """The same of forces times the extent of the body, N m."""
+        """Return the largest load or reaction times the extent of the body, N m."""
         return rest.acting * rest.extent
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """The size of the moment."""
+        """Return the magnitude of the moment."""
         return {"size_Nm": self.size(value)}

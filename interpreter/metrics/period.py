@@ -1,4 +1,4 @@
-"""How a body swings, and how fast that dies away."""
+"""Period and damping ratio of an oscillation."""
 
 from __future__ import annotations
 
@@ -14,53 +14,56 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, MetricInput
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-UNEVEN = 0.1  # standard deviation of cycles, in proportion: with more they are not those of one vibration
-LOPSIDED = 0.25  # of half-waves, which a position of rest that is a little off makes long and short by turns
-RIVAL = 0.5  # of the strength of the strongest vibration: with more than that there is no dominant one
-AGREES = 0.2  # in proportion, of the periods from crossings and from the spectrum
-LOBE = 3.0  # over the length of the record: half the width of a peak under the window
-PASSES = 5  # of finding crossings around a level and the level between their half-waves
+UNEVEN = 0.1  # largest relative standard deviation of cycle lengths of one vibration
+LOPSIDED = 0.25  # the same for half-waves, which alternate if the rest position is slightly off
+RIVAL = 0.5  # relative strength of the second vibration above which none is dominant
+AGREES = 0.2  # largest relative difference of the periods from crossings and spectrum
+LOBE = 3.0  # half the width of a spectral peak under the window, in units of 1 / record length
+PASSES = 5  # iterations between crossings of a level and the level between half-waves
 
 
 @dataclass(frozen=True)
 class Period(Metric):
     """Period of the oscillation of a point, with its damping ratio.
 
-    The course q(t) of the last point of the probe along a direction crosses its position of rest at times t_0 ... t_k,
-    found between samples by straight lines: T = 2 (t_k - t_0) / k. The extremes of the half-waves between crossings
+    The displacement q(t) of the last point of the probe along a direction crosses its rest position at times t_0 ...
+    t_k,
+    found by linear interpolation between samples: T = 2 (t_k - t_0) / k. The extremes of the half-waves between
+    crossings
     follow a_{j+1} - c = -s (a_j - c) for a damped oscillation about c, so a straight line through the pairs
-    (a_j, a_{j+1}) gives both the position of rest c and s = exp(-delta / 2) with the logarithmic decrement delta; the
-    damping ratio is zeta = delta / sqrt(4 pi^2 + delta^2). That includes the damping of the time integration, which a
-    smaller step tells from that of the material. It needs four crossings and three extremes of one dominant mode:
-    where cycles or half-waves differ by more than that allows, or the spectrum between the first and the last crossing
-    has two peaks of like strength, or one elsewhere, there is no period, and the reason is said.
+    (a_j, a_{j+1}) gives both the rest position c and s = exp(-delta / 2) with the logarithmic decrement delta; the
+    damping ratio is zeta = delta / sqrt(4 pi^2 + delta^2). It includes the numerical damping of the time integration; a
+    smaller step separates that from material damping. The metric needs four crossings and three extremes of one
+    dominant
+    mode. It is undefined, with a reason, if cycles or half-waves differ too much, or if the spectrum between the first
+    and the last crossing has two peaks of similar strength or its peak at another frequency.
 
-    Beside its value a report has frequency_Hz, damping_ratio, log_decrement, rest_m (the position of rest, along the
-    direction), amplitude_m (of the first half-wave), crossings, cycles (how many were seen), spread_s (the standard
-    deviation of their lengths: by so much the period is uncertain), and of the next strongest vibration rival_s, its
-    period, and rival_share, its strength in proportion; none where fewer than three cycles were seen.
+    The report also gives frequency_Hz, damping_ratio, log_decrement, rest_m (the rest position along the direction),
+    amplitude_m (of the first half-wave), crossings, cycles (their number), spread_s (the standard deviation of their
+    lengths, an uncertainty of the period), and for the second strongest vibration rival_s, its period, and rival_share,
+    its relative strength; the last two need at least three cycles.
 
     Source: Thomson and Dahleh (1998), chapter 2.
     """
 
-    probe: Annotated[str, "probe", "its last point is looked at"]
+    probe: Annotated[str, "probe", "probe whose last point is evaluated"]
     along: Annotated[tuple[float, float, float], "direction", "the direction of the oscillation"]
     unit: ClassVar[str] = "s"
     uncertain: ClassVar[bool] = False
 
-    def measure(self, seen: Seen) -> Measurement:
-        """T. Raises Undefined for a static analysis and for a course without enough crossings."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return T. Raises Undefined for a static analysis or too few crossings."""
         if seen.history is None:
             raise Undefined("without a dynamic analysis nothing oscillates")
         q = seen.history.displacement(seen.X[-1:])[:, 0] @ np.array(self.along)  # (t,)
-        rest, decay, times, peaks = _oscillation(seen.history.times, q)
+        rest, decay, times, peaks = _find_oscillation(seen.history.times, q)
         period = 2.0 * float(times[-1] - times[0]) / (len(times) - 1)
-        spread = _spread(times, period)
-        rival, share = _rival(seen.history.times, q - rest, times, period)
+        spread = _cycle_deviation(times, period)
+        rival, share = _find_second_vibration(seen.history.times, q - rest, times, period)
         delta = -2.0 * math.log(decay)
         details = {
             "frequency_Hz": 1.0 / period,
@@ -77,11 +80,11 @@ class Period(Metric):
         return Measurement(period, details)
 
 
-def _oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
-    """Position of rest, s, crossing times (k + 1,) and extremes (k,) of the half-waves between them."""
+def _find_oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
+    """Return the rest position, s, crossing times (k + 1,) and extremes (k,) of the half-waves between them."""
     rest, decay = float(q[len(q) // 2 :].mean()), 1.0
     for _ in range(PASSES):
-        times, peaks = _half_waves(t, q - rest)
+        times, peaks = _find_half_waves(t, q - rest)
         if len(peaks) < 3:
             raise Undefined("the point does not cross its position of rest four times; a longer `duration` shows more")
         peaks = peaks + rest
@@ -92,8 +95,8 @@ def _oscillation(t: Floats, q: Floats) -> tuple[float, float, Floats, Floats]:
     return rest, decay, times, peaks
 
 
-def _spread(times: Floats, period: float) -> float:
-    """Standard deviation, s, of the lengths of cycles between crossings. Raises Undefined where they have no one."""
+def _cycle_deviation(times: Floats, period: float) -> float:
+    """Return the standard deviation, s, of the cycle lengths. Raises Undefined if they are too uneven."""
     cycles, halves = times[2:] - times[:-2], np.diff(times)
     spread = float(cycles.std(ddof=1)) if len(cycles) > 1 else 0.0
     if spread > UNEVEN * period or float(halves.std()) > LOPSIDED * 0.5 * period:
@@ -104,10 +107,11 @@ def _spread(times: Floats, period: float) -> float:
     return spread
 
 
-def _rival(t: Floats, q: Floats, times: Floats, period: float) -> tuple[float | None, float | None]:
-    """Period, s, and relative strength of the vibration next to the strongest, by a spectrum under Blackman's window.
+def _find_second_vibration(t: Floats, q: Floats, times: Floats, period: float) -> tuple[float | None, float | None]:
+    """Return period, s, and relative strength of the second strongest vibration, from a spectrum with Blackman's
+    window.
 
-    Raises Undefined where it is of like strength, or the strongest is not the one that crossings tell.
+    Raises Undefined if it is of similar strength, or if the strongest one disagrees with the crossings.
     """
     length = float(times[-1] - times[0])
     if length < 3.0 * period:
@@ -115,7 +119,7 @@ def _rival(t: Floats, q: Floats, times: Floats, period: float) -> tuple[float | 
     count = max(int(np.count_nonzero((t >= times[0]) & (t <= times[-1]))), 8)
     even = np.linspace(times[0], times[-1], count)
     windowed = np.interp(even, t, q) * np.blackman(count)
-    power = np.abs(np.fft.rfft(windowed, 8 * count))  # padded: between the bins
+    power = np.abs(np.fft.rfft(windowed, 8 * count))  # zero-padded to interpolate between bins
     pitch = np.arange(len(power)) * (count - 1) / (8.0 * count * length)  # Hz
     peaks = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
     first = peaks[power[peaks].argmax()]
@@ -138,8 +142,8 @@ def _rival(t: Floats, q: Floats, times: Floats, period: float) -> tuple[float | 
     return 1.0 / float(pitch[second]), share
 
 
-def _half_waves(t: Floats, q: Floats) -> tuple[Floats, Floats]:
-    """Times (k + 1,) at which q changes sign and the extreme (k,) between one and the next."""
+def _find_half_waves(t: Floats, q: Floats) -> tuple[Floats, Floats]:
+    """Return the times (k + 1,) at which q changes sign and the extreme (k,) of each half-wave between them."""
     after = np.flatnonzero((q[1:] > 0.0) != (q[:-1] > 0.0)) + 1
     share = q[after - 1] / (q[after - 1] - q[after])
     times = t[after - 1] + share * (t[after] - t[after - 1])
@@ -148,7 +152,7 @@ def _half_waves(t: Floats, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _extreme(q: Floats, i: int) -> float:
-    """The extreme of the parabola through three samples around the largest one (equal steps)."""
+    """Return the extreme of the parabola through three samples around the largest one (equal steps)."""
     if not 0 < i < len(q) - 1:
         return float(q[i])
     left, middle, right = q[i - 1 : i + 2]

@@ -1,10 +1,10 @@
-"""The pressure of the fluid in a porous body, and what has left it."""
+"""Pore pressure of a porous body, and outflow of its fluid."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
@@ -18,78 +18,82 @@ else:
 
 
 def _fluid(rest: AtRest) -> Fluid:
+    """Return the fluid results. Raises Undefined if there are none."""
     if rest.fluid is None:
         raise Undefined("there is no fluid in this body as this model has it: its material is to be `biphasic(...)`")
     return rest.fluid
 
 
 @dataclass(frozen=True)
-class PorePressure(OfForces):
-    """Pressure of the fluid at a material point of a `biphasic` body, above that outside: positive where it is pressed.
+class PorePressure(ForceMetric):
+    """Pore pressure at a material point of a `biphasic` body, relative to the outside; positive in compression.
 
-    Pressures are linear between the corners of cells. Against another model it is the difference relative to that
-    one's.
+    Pressures are linear between the corners of cells. Against another model or a theory, the value is the difference
+    relative to that solution.
 
-    Beside its value a report has least_Pa and largest_Pa, those of the whole body.
+    The report also gives least_Pa and largest_Pa over the whole body.
     """
 
     body: Annotated[str, "body", "the body"]
-    at: Annotated[tuple[float, float, float], "m", "the point, by its coordinates before deformation"]
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    at: Annotated[tuple[float, float, float], "m", "point, by its undeformed coordinates"]
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "Pa"
     followed: ClassVar[bool] = False
 
     @property
     def concerned(self) -> str:
-        """The body."""
+        """Name of the body."""
         return self.body
 
     def amount(self, rest: AtRest) -> Floats:
-        """In Pa. Raises Undefined where there is no fluid."""
+        """Return the pressure at the point, the least and the largest, Pa. Raises Undefined if there is no fluid."""
         return np.array([_fluid(rest).pressure(self.at), *_fluid(rest).pressures])
 
     def size(self, value: Floats) -> float:
-        """Of that at the point."""
+        """Return the magnitude of the pressure at the point."""
         return abs(float(value[0]))
 
     def _along(self, value: Floats) -> float:
+        """Return the pressure at the point."""
         return float(value[0])
 
     def acting(self, rest: AtRest) -> float:
-        """The largest pressure, Pa."""
+        """Return the largest pressure, Pa."""
         return max(map(abs, _fluid(rest).pressures))
 
     def details(self, value: Floats) -> dict[str, Any]:
-        """The least and the largest."""
+        """Return the least and the largest pressure."""
         return {"least_Pa": float(value[1]), "largest_Pa": float(value[2])}
 
 
 @dataclass(frozen=True)
-class Outflow(OfForces):
-    """Volume of fluid that has left a `biphasic` body through a support that lets it through, since the start.
+class Outflow(ForceMetric):
+    """Volume of fluid that has left a `biphasic` body through a permeable support since the start.
 
-    It is what the equations of the pressures there leave over, so that outflows and the change of the body's volume
-    come to nothing: `solve.fluid.balance` of the report says how well. Against another model it is the difference
-    relative to that one's.
+    It is the residual of the pressure equations at the support, so that all outflows and the change of the body's
+    volume
+    sum to zero; `solve.fluid.balance` of the report gives the remaining imbalance. Against another model or a theory,
+    the
+    value is the difference relative to that solution.
     """
 
     of: Annotated[str, "support", "`drained(...)` or `pore_pressure(...)`"]
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m^3"
     followed: ClassVar[bool] = False
 
     @property
     def concerned(self) -> str:
-        """The support."""
+        """Name of the support."""
         return self.of
 
     def amount(self, rest: AtRest) -> Floats:
-        """In m^3. Raises Undefined where there is no fluid."""
+        """Return the volume, m^3. Raises Undefined if there is no fluid."""
         outflows = _fluid(rest).outflows
         if self.of not in outflows:
             raise Undefined(f"no fluid goes through `{self.of}`: ask it of `drained(...)` or `pore_pressure(...)`")
         return np.array(outflows[self.of])
 
     def acting(self, rest: AtRest) -> float:
-        """The largest outflow, m^3."""
+        """Return the largest outflow, m^3."""
         return max(map(abs, _fluid(rest).outflows.values()))

@@ -1,11 +1,11 @@
-"""The pressure of a contact along a line, as a curve."""
+"""Contact pressure along a line, as a curve."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from softmark.interpreter.metrics.contact import OfContact
-from softmark.interpreter.metrics.curve_geometry import Course
+from softmark.interpreter.metrics.contact import ContactMetric
+from softmark.interpreter.metrics.curve_geometry import MetricCurve
 from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
@@ -13,7 +13,7 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Seen
+    from softmark.interpreter.metrics.measurement import MetricInput
     from softmark.interpreter.metrics.metric_base import Floats
     from softmark.interpreter.results.reaction_results import AtRest
 else:
@@ -21,38 +21,41 @@ else:
 
 
 @dataclass(frozen=True)
-class PressureAlong(OfContact):
-    """Pressure of a contact on the surface of a body at the points of a probe: a curve along a line, and its top.
+class PressureAlong(ContactMetric):
+    """Contact pressure on the surface of a body at the points of a probe: a curve along a line, and its maximum.
 
-    Its value is the largest at these points; a report draws it along a line. It is that of `contact_pressure`, force
-    per area as it is deformed (of small strain, undeformed), at points of the surface by their places before
-    deformation. Against another model or a theory it is the root of the mean square of the difference over the points,
-    over that of the other's pressure there. Where pressure has no limit, as at the edge of a sharp punch and under the
-    tip of a cone, a warning says so (W388), no error is stated, and no theory has a number: let the probe end beside
-    it.
+    Its value is the largest pressure at these points; the report draws the curve along a line. The pressure is that of
+    `contact_pressure`, force per deformed area (with small strain, per undeformed area); points are given by their
+    undeformed positions. Against another model or a theory, the value is the root mean square of the difference over
+    the
+    points, divided by that of the other solution's pressure. Where the pressure is singular, as at the edge of a sharp
+    punch and under the tip of a cone, a warning appears (W388), no error is stated, and no theory has a value: let the
+    probe end before such a point.
 
-    Beside its value a report has largest_Pa and mean_Pa over the points, where the pressure, or the difference, is
-    largest (at_m), and the number of points.
+    The report also gives largest_Pa and mean_Pa over the points, the position of the largest pressure or difference
+    (at_m), and the number of points.
     """
 
     of: Annotated[str, "contact", "the contact"]
-    probe: Annotated[str, "probe", "where on the surface it is looked at, such as a `line(...)`"]
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    probe: Annotated[str, "probe", "probe on the surface, such as a `line(...)`"]
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "Pa"
-    followed: ClassVar[bool] = False  # a curve along a line at the end
+    followed: ClassVar[bool] = False  # only the curve at the end is stored, no history
 
-    def measure(self, seen: Seen) -> Measurement:
-        """The largest, or the largest difference, and the curve. Raises Undefined."""
-        own = self.amount_at(self._sound(seen.at_rest), seen.X)
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return the largest pressure, or the relative difference, and the curve. Raises Undefined."""
+        own = self.amount_at(self._require_results(seen.at_rest), seen.X)
         if self.measured_from is None:
-            return self._told(own, own, float(own.max(initial=0.0)), seen)
-        right = self._right_at(None if seen.known is None else seen.known.at_rest, seen.X)
+            return self._build_measurement(own, own, float(own.max(initial=0.0)), seen)
+        right = self._reference_pressure(None if seen.known is None else seen.known.at_rest, seen.X)
         if (size := self.size(right)) == 0.0:
             raise Undefined(f"that of `{self.measured_from}` is zero there, so nothing is relative to it")
-        return self._told(own, own - right, self.size(own - right) / size, seen, right)
+        return self._build_measurement(own, own - right, self.size(own - right) / size, seen, right)
 
-    def _told(self, own: Floats, judged: Floats, value: float, seen: Seen, right: Floats | None = None) -> Measurement:
-        """A value that is at the largest of what is `judged` (n,)."""
+    def _build_measurement(
+        self, own: Floats, judged: Floats, value: float, seen: MetricInput, right: Floats | None = None
+    ) -> Measurement:
+        """Build the measurement; its position is that of the largest |judged| (n,)."""
         details = {
             "largest_Pa": float(own.max()),
             "mean_Pa": float(own.mean()),
@@ -62,11 +65,13 @@ class PressureAlong(OfContact):
         curve = None
         if seen.triangles is None and len(own) > 1:
             steps = np.linalg.norm(np.diff(seen.X, axis=0), axis=1)
-            curve = Course(np.concatenate([[0.0], np.cumsum(steps)]), own, ("m", "Pa"), right)
+            curve = MetricCurve(np.concatenate([[0.0], np.cumsum(steps)]), own, ("m", "Pa"), right)
         return Measurement(value, details, samples=own if len(own) > 1 and right is None else None, curve=curve)
 
     def amount_at(self, rest: AtRest, X: Floats) -> Floats:
-        """At points X (n, 3), m, of the undeformed surface: (n,), Pa. Raises Undefined where one is not on it."""
+        """Return the pressure (n,), Pa, at undeformed surface points X (n, 3), m. Raises Undefined for points off the
+        surface.
+        """
         touch = self.touch(rest)
         if touch.field is None:
             raise Undefined(f"the pressure of `{self.of}` is known here where it is largest alone")
@@ -77,34 +82,34 @@ class PressureAlong(OfContact):
                             f"`{self.of}` is about, before deformation: one is ({where}) mm")  # fmt: skip
         return found
 
-    def _right_at(self, rest: AtRest | None, X: Floats) -> Floats:
-        """What is taken as right. Raises Undefined where it has none, or no limit."""
-        right = self.amount_at(self._sound(rest), X)
+    def _reference_pressure(self, rest: AtRest | None, X: Floats) -> Floats:
+        """Return the pressure of the solution it compares with. Raises Undefined if it has none or is singular."""
+        right = self.amount_at(self._require_results(rest), X)
         if not np.all(np.isfinite(right)):
             raise Undefined(f"that of `{self.measured_from}` has no limit at a point of `{self.probe}`: end it beside")
         return right
 
-    def at_points(self, X: Floats) -> OfContact:
-        """The same of these points, as errors are stated of it."""
-        return _At(self.of, self.probe, self.against, X)
+    def at_points(self, X: Floats) -> ContactMetric:
+        """Return the same metric at these points, for its error estimate."""
+        return _PressureAtPoints(self.of, self.probe, self.against, X)
 
     def acting(self, rest: AtRest) -> float:
-        """The largest pressure of all contacts, Pa."""
+        """Return the largest pressure of all contacts, Pa."""
         return max(touch.pressure for touch in rest.touches.values())
 
     def size(self, value: Floats) -> float:
-        """The largest; of what is held against another, the root of the mean square."""
+        """Return the largest magnitude; for a comparison, the root mean square."""
         if self.measured_from is not None:
             return float(np.sqrt(np.mean(value**2)))
         return float(np.abs(value).max(initial=0.0))
 
 
 @dataclass(frozen=True)
-class _At(PressureAlong):
-    """A metric at points X (n, 3), m."""
+class _PressureAtPoints(PressureAlong):
+    """Contact pressure metric at given points X (n, 3), m."""
 
     X: Any = None
 
     def amount(self, rest: AtRest) -> Floats:
-        """(n,), Pa."""
+        """Return the pressures (n,), Pa."""
         return self.amount_at(rest, self.X)

@@ -22,18 +22,19 @@ if TYPE_CHECKING:
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-GAUSS = 3  # points on a piece of a line: exact for polynomials of degree five
-PIECES = 2000  # of a line at most, not counting cuts at crossings
-SHORT = 0.5  # of the size of a cell: the length of a piece
-EVEN = 1e-9  # relative: differences between steps of evenly spaced points
+GAUSS = 3  # Gauss points on a piece of a line: exact for polynomials of degree five
+PIECES = 2000  # largest number of pieces of a line, without cuts at interfaces
+SHORT = 0.5  # length of a piece relative to the cell size
+EVEN = 1e-9  # relative tolerance for evenly spaced points
 Over = Literal["largest", "mean"]
 
 
 @dataclass(frozen=True)
 class ProbeSamples:
-    """Points X (n, 3), m, and their weights (n,) in a mean, which add up to 1.
+    """Sample points X (n, 3), m, and their weights (n,) in a mean, which add up to 1.
 
-    `materials` are the numbers of those inside a surface or a volume: on its border only their sides belong to it.
+    `materials` are the numbers of the materials inside a surface or a volume: at points on its border, only values on
+    the sides of these materials count.
     """
 
     X: Floats
@@ -61,20 +62,20 @@ class ProbePlace:
         if over == "largest":
             X = self._extremes(domain, field, number)
             inner = self._materials(domain, field)
-            if number is None and len(X) > len(self.X):  # others may not know which side a point of the border is on
+            if number is None and len(X) > len(self.X):  # points on an interface have no unique side
                 rows = field.sides(X).rows
                 single = np.bincount(rows, minlength=len(X)) == 1
                 single[: len(self.X)] = True
                 X = X[single]
             return ProbeSamples(X, np.full(len(X), 1.0 / len(X)), inner)
         if domain.ends is not None:
-            return _along(domain.ends, len(self.X), field)
+            return _line_samples(domain.ends, len(self.X), field)
         if domain.points is not None and domain.weights is not None:
             return ProbeSamples(domain.points, domain.weights / domain.weights.sum())
-        return ProbeSamples(self.X, shares_of(self.X, self.weights, self.triangles))
+        return ProbeSamples(self.X, mean_weights(self.X, self.weights, self.triangles))
 
     def looked_at(self, over: Over) -> Floats:
-        """The probe's points (n, 3), m, and for a largest value also those on the border of its domain."""
+        """Return the probe's points (n, 3), m, and for a largest value also those on the border of its domain."""
         if over == "mean" or self.domain is None or self.domain.border is None:
             return self.X
         return np.concatenate([self.X, self.domain.border])
@@ -100,7 +101,7 @@ class ProbePlace:
         return found[0] if sum(map(len, found[1:])) == 0 else np.concatenate(found)
 
 
-def _along(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSamples:
+def _line_samples(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSamples:
     """Return Gauss points on the pieces of a line with that many `points` of its own."""
     begin, end = ends
     length = float(np.linalg.norm(end - begin))
@@ -115,7 +116,7 @@ def _along(ends: tuple[Floats, Floats], points: int, field: Stresses) -> ProbeSa
     return ProbeSamples(begin + at[:, None] * (end - begin), (size[:, None] * (0.5 * w)).ravel())
 
 
-def paired(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides, Tensors]:
+def pair_sides(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides, Tensors]:
     """Return the tensors of one field on each side at sample points, and those of the other field on the same sides.
 
     If the two fields have different materials at the same points, both are averaged over their sides.
@@ -130,7 +131,7 @@ def paired(one: Stresses, other: Stresses, samples: ProbeSamples) -> tuple[Sides
     return Sides(rows, np.zeros(count, dtype=np.int64), own.averaged(count)), theirs.averaged(count)
 
 
-def shares_of(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:
+def mean_weights(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floats:
     """Return the weight of each point X (n, 3) in a mean (n,); the weights add up to 1.
 
     A weight is the volume or the area of a point, by `weights` (n,) or `triangles` (k, 3). Without these all are equal,
@@ -140,14 +141,14 @@ def shares_of(X: Floats, weights: Floats | None, triangles: Ints | None) -> Floa
         told: Floats = weights / weights.sum()
         return told
     if triangles is None or not len(triangles):
-        return _evenly(X)
+        return _trapezoidal_weights(X)
     corners = X[triangles]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     found: Floats = np.bincount(triangles.ravel(), np.repeat(areas, 3), minlength=len(X)) / (3.0 * areas.sum())
     return found
 
 
-def _evenly(X: Floats) -> Floats:
+def _trapezoidal_weights(X: Floats) -> Floats:
     """Return the weights (n,) of points (n, 3) without areas, which add up to 1."""
     count = len(X)
     w: Floats = np.ones(count)

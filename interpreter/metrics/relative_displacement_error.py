@@ -1,11 +1,11 @@
-"""The relative error of Marchal et al. (2008)."""
+"""Relative displacement error of Marchal et al. (2008)."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
@@ -15,21 +15,22 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class EnergyNorm(OfDisplacements):
+class RelativeDisplacementError(DisplacementMetric):
     """Relative l2 norm of the displacement error over the points of a probe.
 
     eta = |u^ - u| / |u|, with u of the reference and u^ of the model stacked over the points: equation (1) of Marchal,
     Allard, Duriez and Cotin (2008), who call it the relative energy norm error. It is a plain l2 norm of displacements
-    and not the energy norm of finite element theory: no stiffness weighs it, and it depends on where the points lie.
+    and
+    not the energy norm of finite element theory: it has no stiffness weights and depends on where the points lie.
     """
 
-    probe: Annotated[str, "probe", "the points that are compared"]
-    against: Annotated[str, "reference or model", "the solution that is taken as right"]
+    probe: Annotated[str, "probe", "probe whose points are compared"]
+    against: Annotated[str, "reference or model", "solution taken as correct"]
     unit: ClassVar[str] = "1"
     uncertain: ClassVar[bool] = False
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-        """eta for displacements u and reference (n, 3), m."""
+        """Return eta for displacements u and reference (n, 3), m."""
         size = float((reference**2).sum())
         if size == 0.0:
             raise Undefined("the reference does not move, so nothing is relative to it")

@@ -1,10 +1,10 @@
-"""What friction makes of a contact: how far it has slid, and where it sticks."""
+"""Metrics of friction: slip distance and stick area of a contact."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.contact import OfContact
+from softmark.interpreter.metrics.contact import ContactMetric
 from softmark.interpreter.metrics.metric_base import WHEN, When
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
@@ -18,13 +18,13 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-class OfFriction(OfContact):
-    """One of a contact with friction."""
+class FrictionMetric(ContactMetric):
+    """Base class of the metrics of a contact with friction."""
 
     numbers: ClassVar[tuple[str, ...]] = ("slip", "sticks")
 
     def friction(self, rest: AtRest) -> Friction:
-        """What friction makes of it. Raises Undefined."""
+        """Return the friction results of the contact. Raises Undefined if it has no friction."""
         found = self.touch(rest).rubbing
         if found is None:
             raise Undefined(f"`{self.of}` has no friction")
@@ -32,48 +32,53 @@ class OfFriction(OfContact):
 
 
 @dataclass(frozen=True)
-class Slip(OfFriction):
-    """The farthest that a point of a body's surface that is pressed has slid on what it touches, over all states.
+class Slip(FrictionMetric):
+    """Largest slip distance of a surface point in contact on the other body, accumulated over all states.
 
-    The way itself, not its distance from where it began: what slides to and fro has slid both. Where it sticks it gives
-    way by friction times pressure over the stiffness of the barrier per distance, less than the barrier's distance, and
-    that is no slip. In a motion the states are its steps, and a report has besides largest_in_time_m and largest_at_s.
+    It is the length of the path, not the distance from its start: sliding back and forth adds up. Where a point sticks
+    it
+    still moves elastically by friction times pressure over the barrier's stiffness, less than the barrier's distance;
+    that
+    does not count as slip. In a dynamic analysis the states are its time steps, and the report also gives
+    largest_in_time_m and its time largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
     over: Annotated[When, WHEN] = "end"
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m"
 
     def amount(self, rest: AtRest) -> Floats:
-        """In m. Raises Undefined where there is no friction."""
+        """Return the slip distance, m. Raises Undefined if there is no friction."""
         return np.array(self.friction(rest).slip)
 
     def acting(self, rest: AtRest) -> float:
-        """The largest displacement, m."""
+        """Return the largest displacement, m."""
         return rest.moved
 
 
 @dataclass(frozen=True)
-class StickArea(OfFriction):
-    """Area of a body's surface that is pressed and does not slide in this state, before deformation.
+class StickArea(FrictionMetric):
+    """Undeformed area of a body's surface that is in contact and does not slide in this state.
 
-    Each node stands for a part of the surface, so that it is known to about the area of the cells at its border. Of a
-    sphere on a half-space under a shear of Q it is a circle of (1 - Q / (friction P))^(1/3) of the radius of contact
+    Each node represents a part of the surface, so the area is accurate to about the area of the cells along its border.
+    For
+    a sphere on a half-space under a shear force Q it is a circle of (1 - Q / (friction P))^(1/3) times the contact
+    radius
     (Cattaneo 1938, Mindlin 1949).
 
-    In a motion a report has besides largest_in_time_m2 and when that is, largest_at_s.
+    In a dynamic analysis the report also gives largest_in_time_m2 and its time largest_at_s.
     """
 
     of: Annotated[str, "contact", "the contact"]
     over: Annotated[When, WHEN] = "end"
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "m^2"
 
     def amount(self, rest: AtRest) -> Floats:
-        """In m^2. Raises Undefined where there is no friction."""
+        """Return the stick area, m^2. Raises Undefined if there is no friction."""
         return np.array(self.friction(rest).area)
 
     def acting(self, rest: AtRest) -> float:
-        """The largest area of all contacts, m^2."""
+        """Return the largest area of all contacts, m^2."""
         return max(touch.area for touch in rest.touches.values())

@@ -1,10 +1,10 @@
-"""The energy that a deformed body stores."""
+"""Strain energy stored in a deformed body."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
@@ -17,37 +17,40 @@ else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
-def known(energy: float) -> Floats:
-    """An energy in J (). Raises Undefined where it is not known."""
+def require_energy(energy: float) -> Floats:
+    """Return an energy in J as an array (). Raises Undefined if it is not known."""
     if energy != energy:
         raise Undefined("its law has no energy there, only stress (W368)")
     return np.array(energy)
 
 
 @dataclass(frozen=True)
-class StrainEnergy(OfForces):
-    """Strain energy of a body at rest, as the model integrates it over its cells, segments or springs.
+class StrainEnergy(ForceMetric):
+    """Strain energy of a body at equilibrium, as the model integrates it over its cells, segments or springs.
 
-    Under loads alone a linear solid stores half of what they do along their displacements (Clapeyron), and meshes store
-    less than the body; where displacements are imposed they store more. Modes of a beam that are switched off store
-    nothing. Against another model it is the difference relative to that model's.
+    Under loads only, a linear solid stores half of the work of its loads along the displacements (Clapeyron), and
+    meshes
+    store less than the exact solution; under prescribed displacements they store more. Disabled deformation modes of a
+    beam store nothing. Against another model, the value is the difference relative to that model's energy.
     """
 
     body: Annotated[str, "body", "the body"]
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "J"
 
     @property
     def concerned(self) -> str:
-        """The body."""
+        """Name of the body."""
         return self.body
 
     def amount(self, rest: AtRest) -> Floats:
-        """U in J. Raises Undefined where it is not known."""
-        return known(rest.energy)
+        """Return the strain energy U, J. Raises Undefined if it is not known."""
+        return require_energy(rest.energy)
 
     def distance(self, rest: AtRest, right: AtRest) -> float:
-        """Not less than what reactions are apart, relative: too little here and too much there is no agreement."""
+        """Return the energy difference, at least the relative difference of reactions: local errors may cancel in the
+        sum.
+        """
         own = super().distance(rest, right)
 
         theirs = {name: _wrench(r, right.extent) for name, r in right.reactions.items()}
@@ -58,5 +61,5 @@ class StrainEnergy(OfForces):
 
 
 def _wrench(reaction: Reaction, extent: float) -> Floats:
-    """Force of a reaction, N, and its moment over the `extent` of the body, N (2, 3): a pure twist has no force."""
+    """Return force, N, and moment over the body's `extent`, N, of a reaction (2, 3); a pure twist has no force."""
     return np.array([reaction.force, np.asarray(reaction.own_moment) / (extent or 1.0)])

@@ -1,11 +1,11 @@
-"""The stress in a body."""
+"""Stress at the points of a probe."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from softmark.interpreter.metrics.probe_samples import Over
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -13,74 +13,82 @@ if TYPE_CHECKING:
     from softmark.solvers.stress_recovery.stress_field import Part, Stresses
     from softmark.solvers.stress_recovery.stress_measures import Tensors
 
-AXES = ("xx", "yy", "zz", "xy", "yz", "zx")  # what a nominal stress, which is not symmetric, has
+AXES = ("xx", "yy", "zz", "xy", "yz", "zx")  # components of a nominal stress, which is not symmetric
 
 
 @dataclass(frozen=True)
-class Stress(OfTensors):
+class Stress(TensorMetric):
     """Stress at the points of a probe: at a point, or the largest or the mean over a line, a surface or a volume.
 
-    `cauchy` is force per area as the body is deformed, `nominal` force along the first axis per area at rest across the
-    second, P = J sigma F^-T, what a testing machine reports; `xx` ... `zx` are components by the axes of the scene.
-    Principal values are in falling order, tension is positive; `pressure` is positive in compression. Where strains are
-    small, both measures are one. The `largest` is that of the greatest magnitude, with its sign; in motion it is that
-    of the last moment. Over a volume it is looked for on its surface, at its corners and at nodes of the mesh too. The
-    `mean` is the integral over the line, the surface or the volume by its size, split where the material changes.
+    `cauchy` is force per deformed area. `nominal` is force along the first axis per undeformed area normal to the
+    second,
+    P = J sigma F^-T, as a testing machine reports it; `xx` ... `zx` are components along the axes of the scene.
+    Principal
+    values are in descending order, tension is positive; `pressure` is positive in compression. For small strains both
+    measures are the same. The `largest` is the value of greatest magnitude, with its sign; in a dynamic analysis it is
+    that of the last time. In a volume it is also searched on the surface, at corners and at mesh nodes. The `mean` is
+    the
+    integral over the line, surface or volume divided by its size, split where the material changes.
 
-    At a point on an interface of materials there are two values: the largest is taken from both, a mean counts half of
-    each, and `sides_Pa` has both where the number lies on an interface. On loaded and free faces stress is compared
-    with what acts there (W405), and a stated error holds the difference.
+    At a point on an interface of materials there are two values: the largest is taken from both, a mean uses the
+    average
+    of both, and `sides_Pa` lists both if the value lies on an interface. On loaded and free surfaces the stress is
+    compared with the applied traction (W405), and a stated error includes the difference.
 
-    Beams at rest have that of their sections, by the theories of Navier and Saint-Venant, which holds a width away from
-    what holds, loads or joins them (W356).
+    Beams in a static analysis have the stress of their sections by the theories of Navier and Saint-Venant, valid one
+    section width away from supports, loads and joints (W356).
 
-    Stress of the cells follows from the law and, where they have pressures, from these, and jumps from cell to cell.
-    What is told here is recovered from it to nodes by polynomials over patches of cells (Zienkiewicz and Zhu 1992) and
-    is continuous: its error falls with h^2 in linear elements and with h^3 in quadratic ones, by observation over
-    smooth problems, one order sooner than the cells' own. Near edges where a face is held, corners that turn inward and
-    forces on points, elasticity has no largest stress: every refinement finds a larger one. A warning says where the
-    cells around the place do not agree (W387), and a stated error has no number where refinement finds no limit.
+    The stress of the cells follows from the law and, in mixed elements, from the pressures, and jumps between cells.
+    This
+    metric uses a continuous stress, recovered at nodes by polynomials over patches of cells (Zienkiewicz and Zhu 1992).
+    For smooth problems its error was observed to fall with h^2 in linear elements and with h^3 in quadratic ones, one
+    order better than the cells' own stress. Near edges of supports, re-entrant corners and point forces the elastic
+    stress
+    is singular: every refinement finds a larger value. A warning appears if the cells around the point disagree (W387),
+    and no error is stated if refinement does not converge.
 
-    Against another model it is |difference| at the points, the `largest` or the `mean`, relative to the norm of that
-    model's tensor, the largest or the mean over the same points: so a component that is zero can be compared too.
+    Against another model, the value is |difference| at the points, the `largest` or the `mean`, relative to the norm of
+    that model's tensor, the largest or the mean over the same points; so a zero component can be compared too.
 
-    Beside its value a report has largest_Pa and least_Pa over the points, where the greatest magnitude lies (at_m), the
-    number of points, norm_Pa of the tensor at that place, cells_apart_Pa, by how much stresses of the cells around it
-    differ from what is recovered in the mean square, usual_stress_Pa, the root mean square of stress in the body, and
-    cells_apart_1, the share by which they differ in what the number is made of: of von Mises' stress and of shear the
+    The report also gives largest_Pa and least_Pa over the points, the position of the greatest magnitude (at_m), the
+    number of points, norm_Pa of the tensor at that position, cells_apart_Pa (the root mean square difference between
+    the
+    stress of the cells around it and the recovered one), usual_stress_Pa (the root mean square of stress in the body),
+    and
+    cells_apart_1, the relative difference in the part of the tensor that matters: for von Mises stress and shear the
     deviator, which a pressure would hide.
-    Of one against another model it has difference_Pa, size_Pa, which that is relative to, at_m and points.
+    Against another model it gives difference_Pa, size_Pa (the denominator), at_m and points.
     """
 
-    probe: Annotated[str, "probe", "where it is looked at"]
+    probe: Annotated[str, "probe", "probe at whose points it is evaluated"]
     component: Annotated[
         Literal[
             "von_mises", "pressure", "principal_1", "principal_2", "principal_3", "xx", "yy", "zz", "xy", "yz", "zx"
         ],
-        "which number of the tensor",
+        "component of the tensor",
     ] = "von_mises"
-    measure_: Annotated[Literal["cauchy", "nominal"], "per deformed area, or per area at rest"] = "cauchy"
-    over: Annotated[Over, "which of the values at the points"] = "largest"
+    measure_: Annotated[Literal["cauchy", "nominal"], "stress per deformed area or per undeformed area"] = "cauchy"
+    over: Annotated[Over, "largest value or mean over the points"] = "largest"
     against: Annotated[
-        str | None, "reference or model", "what is taken as right: a model, or a theory that knows it"
+        str | None, "reference or model", "solution taken as correct: a model, or a theory with this field"
     ] = None
     natural: ClassVar[str] = "Pa"
 
     @property
     def made_of(self) -> Part:
-        """No pressure stands in von Mises' stress, nor in shear across the axes."""
+        """Part of the tensor that matters: without pressure for von Mises stress and shear along the axes."""
         return "stress deviator" if self.component in ("von_mises", "xy", "yz", "zx") else "stress"
 
     def values(self, tensors: Tensors) -> Floats:
-        """(n,), Pa."""
+        """Return the component of each tensor (n,), Pa."""
         from softmark.solvers.stress_recovery.stress_measures import component_of
 
         return component_of(self.tensors(tensors), self.component)
 
     def tensors(self, tensors: Tensors) -> Floats:
-        """(n, 3, 3), Pa."""
+        """Return the stress tensors (n, 3, 3), Pa."""
         return tensors.cauchy if self.measure_ == "cauchy" else tensors.nominal
 
     def usual(self, field: Stresses) -> float:
-        """Pa."""
+        """Return the root mean square stress of the body, Pa."""
         return field.usual[0]

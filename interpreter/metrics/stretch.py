@@ -1,11 +1,11 @@
-"""How much longer a body is, where it is looked at, than it was."""
+"""Stretch at the points of a probe."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from softmark.interpreter.metrics.probe_samples import Over
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -15,38 +15,42 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stretch(OfTensors):
-    """Length over length at rest, at the points of a probe; 1 where nothing has changed.
+class Stretch(TensorMetric):
+    """Stretch at the points of a probe: deformed length over undeformed length, 1 without deformation.
 
-    Principal stretches in falling order, those of fibres that lay along `x`, `y` or `z`, |F e|, or the ratio of volumes
-    J = det F. Where a model measures small strains, 1 + strain, and 1 + its trace. Recovered as stress is (see
-    `stress`). The `largest` is the greatest of the values.
+    Components are the principal stretches in descending order, the stretches |F e| of fibres along `x`, `y` or `z`, or
+    the
+    volume ratio J = det F. For a model of small strains they are 1 + strain, and 1 + its trace. The gradient is
+    recovered
+    like stress (see `stress`). The `largest` is the greatest of the values.
 
-    Against another model it is |difference| at the points relative to the norm of that model's strain U - 1, as of
-    `stress`: two that lengthen by 1 % and 2 % differ by half.
+    Against another model, the value is |difference| at the points relative to the norm of that model's strain U - 1, as
+    for `stress`: bodies that lengthen by 1 % and 2 % differ by half.
 
-    Beside its value a report has largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as
-    `stress` does, and cells_apart_1, the share by which strains of the cells differ there.
+    The report also gives largest_1, least_1, at_m, points, norm_Pa, cells_apart_Pa and usual_stress_Pa, as `stress`
+    does,
+    and cells_apart_1, the relative difference between the strains of adjacent cells there.
     """
 
-    probe: Annotated[str, "probe", "where it is looked at"]
+    probe: Annotated[str, "probe", "probe at whose points it is evaluated"]
     component: Annotated[
-        Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", "volume"], "of which length, or of volumes"
+        Literal["principal_1", "principal_2", "principal_3", "x", "y", "z", "volume"],
+        "direction of the stretch, or the volume ratio",
     ] = "principal_1"
-    over: Annotated[Over, "which of the values at the points"] = "largest"
+    over: Annotated[Over, "largest value or mean over the points"] = "largest"
     against: Annotated[
-        str | None, "reference or model", "what is taken as right: a model, or a theory that knows it"
+        str | None, "reference or model", "solution taken as correct: a model, or a theory with this field"
     ] = None
     natural: ClassVar[str] = "1"
 
     def values(self, tensors: Tensors) -> Floats:
-        """(n,)."""
+        """Return the stretch of each tensor (n,)."""
         return tensors.stretches(self.component)
 
     def tensors(self, tensors: Tensors) -> Floats:
-        """Those of Biot's strain (n, 3, 3), which is U - 1."""
+        """Return Biot's strain U - 1 (n, 3, 3)."""
         return tensors.strain("biot")
 
     def usual(self, field: Stresses) -> float:
-        """No unit."""
+        """Return the root mean square strain of the body, dimensionless."""
         return field.usual[1]

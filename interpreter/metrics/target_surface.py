@@ -1,4 +1,4 @@
-"""The surface that a metric measures to, and on which side of it a point lies.
+"""Target surface of a distance metric, and the side of it on which a point lies.
 
 Distances themselves are in `softmark.references.surface_geometry`.
 """
@@ -13,17 +13,17 @@ from softmark.references.surface_geometry import Closest, SearchedSurface, unit_
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, MetricInput
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-ROUNDING = 1e-9  # a barycentric coordinate closer to zero is zero: the point lies on an edge
+ROUNDING = 1e-9  # a smaller barycentric coordinate counts as zero: the point lies on an edge
 
 
-def known_surface(seen: Seen) -> SearchedSurface:
-    """What distances are measured to: a measured surface, or that of the probe as the reference deforms it.
+def find_target_surface(seen: MetricInput) -> SearchedSurface:
+    """Return the target surface: a measured surface, or that of the probe as the reference deforms it.
 
-    Raises Undefined where the reference has neither.
+    Raises Undefined if the reference has neither.
     """
     known = seen.known
     if known is not None and known.surface is not None:
@@ -35,12 +35,13 @@ def known_surface(seen: Seen) -> SearchedSurface:
     return SearchedSurface(seen.X + known.u, seen.triangles)
 
 
-def side(x: Floats, closest: Closest, target: SearchedSurface) -> Floats:
-    """1 for points x (n, 3) outside a surface and -1 inside, (n,), by their closest points.
+def side_of_surface(x: Floats, closest: Closest, target: SearchedSurface) -> Floats:
+    """Return 1 for points x (n, 3) outside a surface and -1 inside (n,), from their closest points.
 
-    The sign of (x - closest) . N, with N the normal of the face; of its two faces, summed, on an edge; of all around,
-    weighed by their angles, at a corner. Any other normal fails at some corner. Source: Baerentzen and Aanaes 2005,
-    IEEE Transactions on Visualization and Computer Graphics 11:243.
+    It is the sign of (x - closest) . N, with N the normal of the face; on an edge the sum of both face normals; at a
+    corner the sum of all adjacent face normals, weighted by their angles. Any other normal fails at some corner.
+    Source:
+    Baerentzen and Aanaes 2005, IEEE Transactions on Visualization and Computer Graphics 11:243.
     """
     t, share = closest.triangles, _barycentric(closest, target)
     N, zero = unit_normals(target.points, target.triangles[t]), share < ROUNDING  # (n, 3)
@@ -52,7 +53,7 @@ def side(x: Floats, closest: Closest, target: SearchedSurface) -> Floats:
 
 
 def _edge_normals(target: SearchedSurface) -> Floats:
-    """Sum of the normals of the faces at each edge (t, 3, 3): [:, i] is the edge opposite to corner i."""
+    """Return the sum of the face normals at each edge (t, 3, 3): [:, i] is the edge opposite to corner i."""
     ends = np.sort(target.triangles[:, [[1, 2], [2, 0], [0, 1]]], axis=2).reshape(-1, 2)
     number = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
     sums = np.zeros((number.max() + 1, 3))
@@ -61,7 +62,7 @@ def _edge_normals(target: SearchedSurface) -> Floats:
 
 
 def _barycentric(closest: Closest, target: SearchedSurface) -> Floats:
-    """How much of each corner is in the closest points (n, 3); a third each in triangles without area."""
+    """Return barycentric coordinates of the closest points (n, 3); a third each in triangles without area."""
     apart = target.points[target.triangles[closest.triangles]] - closest.points[:, None]  # (n, 3, 3)
     parts = np.stack([np.cross(apart[:, (i + 1) % 3], apart[:, (i + 2) % 3]) for i in range(3)], axis=1)
     whole = parts.sum(axis=1)  # twice the area vector

@@ -1,4 +1,4 @@
-"""What metrics of stress, strain and stretch have in common: a number of a tensor at each point of a probe."""
+"""Base class of metrics of stress, strain and stretch: a number of a tensor at each point of a probe."""
 
 from __future__ import annotations
 
@@ -7,60 +7,60 @@ from typing import TYPE_CHECKING, ClassVar
 
 from softmark.interpreter.metrics.measurement import Measurement
 from softmark.interpreter.metrics.metric_base import Metric
-from softmark.interpreter.metrics.probe_samples import Over, ProbePlace, ProbeSamples, paired
+from softmark.interpreter.metrics.probe_samples import Over, ProbePlace, ProbeSamples, pair_sides
 from softmark.interpreter.metrics.undefined_metric import Undefined
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, MetricInput
     from softmark.solvers.stress_recovery.stress_field import Part, Stresses
     from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
 
-    Told = Callable[[], Stresses] | None  # of who is seen; it raises NoStress
+    StressSource = Callable[[], Stresses] | None  # stress field of a model or reference; raises NoStress
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
-WORST = 1.5**0.5  # of a tensor's norm: von Mises' stress
+WORST = 1.5**0.5  # largest von Mises stress relative to the tensor's norm
 
 
-class OfTensors(Metric):
-    """One that is made of stresses or strains of a model, at the points of its probe.
+class TensorMetric(Metric):
+    """Base class of metrics of a model's stress or strain at the points of its probe.
 
-    Against another model it is how far the two are apart, point by point, relative to that model's tensors there.
+    Against another model, the value is the difference of the two, point by point, relative to that model's tensors.
     """
 
     probe: str
     over: Over
-    natural: ClassVar[str]  # the unit of its value
+    natural: ClassVar[str]  # unit of its value
 
     @property
     def unit(self) -> str:
-        """Of its value: a plain number where it is an error."""
+        """Unit of its value: 1 if it is a relative error."""
         return self.natural if self.measured_from is None else "1"
 
     @property
     def made_of(self) -> Part:
-        """What cells must agree on for this number to be resolved."""
+        """Part of the tensor in which cells must agree for this number to be resolved."""
         return "strain"
 
     def values(self, tensors: Tensors) -> Floats:
-        """The number of each tensor (n,), in the metric's unit."""
+        """Return the number of each tensor (n,), in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no values")
 
     def tensors(self, tensors: Tensors) -> Floats:
-        """What the numbers are of (n, 3, 3), in the metric's unit."""
+        """Return the tensors whose numbers are taken (n, 3, 3), in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no tensors")
 
     def apart(self, one: Stresses, other: Stresses, samples: ProbeSamples, right: Stresses) -> float:
         """Return the distance of two fields at sample points, in the metric's unit, by the norm of the whole tensor.
 
         One component may agree by chance. The norm of the difference bounds that of every component and principal value
-        (Weyl 1912), and that of von Mises' stress with sqrt(3/2). How far each is from what is `right` changes by no
-        more than that (triangle inequality). On an interface each side is compared with the same side. Raises
-        Undefined.
+        (Weyl 1912), and that of von Mises stress with sqrt(3/2). The error of each field against `right` changes by at
+        most
+        that (triangle inequality). On an interface each side is compared with the same side. Raises Undefined.
         """
-        sides, theirs = paired(one, other, samples)
+        sides, theirs = pair_sides(one, other, samples)
         difference, shares = self.tensors(sides.tensors) - self.tensors(theirs), sides.per_row(samples.shares)
         if self.measured_from is not None:
             return WORST * self._norm(difference, shares) / self.scale(right, samples)
@@ -69,7 +69,7 @@ class OfTensors(Metric):
         return WORST * float(np.linalg.norm(difference, axis=(1, 2)).max())
 
     def scale(self, right: Stresses, samples: ProbeSamples) -> float:
-        """What an error is relative to, in its natural unit; 1 of what is none. Raises Undefined."""
+        """Return the denominator of an error, in its natural unit; 1 if the metric is no error. Raises Undefined."""
         if self.measured_from is None:
             return 1.0
         if (size := self._size(right, samples)) == 0.0:
@@ -77,35 +77,37 @@ class OfTensors(Metric):
         return size
 
     def extent(self, own: Stresses, right: Stresses, samples: ProbeSamples) -> float:
-        """What an error of the displacements is multiplied by, in the metric's unit. Raises Undefined.
+        """Return the factor from a displacement error to the metric's unit. Raises Undefined.
 
-        What tensors are there or, where these are none, in the body.
+        It is the size of the tensors at the samples or, if larger, in the body.
         """
         return max(self._size(own, samples), self.usual(own)) / self.scale(right, samples)
 
     def _size(self, field: Stresses, samples: ProbeSamples) -> float:
+        """Return the norm of a field at the samples: the largest, or the mean."""
         sides = samples.sides(field)
         return self._norm(self.tensors(sides.tensors), sides.per_row(samples.shares))
 
     def norms(self, change: Tensors) -> Floats:
-        """The norms of small changes of a tensor (n,), in the metric's unit."""
+        """Return the norms of small changes of a tensor (n,), in the metric's unit."""
         return np.asarray(np.linalg.norm(self.tensors(change), axis=(1, 2)), dtype=np.float64)
 
     def _norm(self, tensors: Floats, shares: Floats) -> float:
+        """Return the largest norm of the tensors, or their weighted mean."""
         norms = np.linalg.norm(tensors, axis=(1, 2))
         return float(np.average(norms, weights=shares) if self.over == "mean" else norms.max())
 
     def samples(self, place: ProbePlace, field: Stresses) -> ProbeSamples:
-        """The points of a probe at which the metric looks at a field."""
+        """Return the points of a probe at which the metric evaluates a field."""
         return place.sampled(self.over, field, None if self.measured_from is not None else self.values)
 
     def usual(self, field: Stresses) -> float:
-        """What tensors of the body come to in the mean square, in the metric's unit."""
+        """Return the root mean square of the tensor in the body, in the metric's unit."""
         raise NotImplementedError(f"{type(self).__name__} has no size")
 
-    def measure(self, seen: Seen) -> Measurement:
-        """The value, where it is, and how far the cells there are from agreeing. Raises Undefined."""
-        field = field_of(seen.stress)
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return the value, its position, and the disagreement of the cells there. Raises Undefined."""
+        field = stress_field_of(seen.stress)
         place = ProbePlace(seen.X, seen.triangles, seen.weights, seen.domain)
         if self.measured_from is not None:
             return self._compared(field, place, seen)
@@ -130,19 +132,19 @@ class OfTensors(Metric):
             details[f"sides_{self._suffix}"] = here.tolist()
         return Measurement(value, details, samples=values if len(values) > 1 else None)
 
-    def _two_valued(self, field: Stresses, sides: Sides, samples: ProbeSamples, seen: Seen) -> int:
+    def _two_valued(self, field: Stresses, sides: Sides, samples: ProbeSamples, seen: MetricInput) -> int:
         """Return the number of points with two values; for a mean, 0 if they have no weight in the integral."""
         if self.over == "largest":
             return int(field.shared(seen.X))
         part = float(sides.per_row(samples.shares)[sides.two_valued].sum())
         return round(part * len(seen.X)) or int(part > 0.0)
 
-    def _compared(self, field: Stresses, place: ProbePlace, seen: Seen) -> Measurement:
+    def _compared(self, field: Stresses, place: ProbePlace, seen: MetricInput) -> Measurement:
         """Measure the difference to the values of the reference model, at the same points."""
         samples = self.samples(place, field)
         try:
-            right = field_of(None if seen.known is None else seen.known.stress)
-            sides, known = paired(field, right, samples)
+            right = stress_field_of(None if seen.known is None else seen.known.stress)
+            sides, known = pair_sides(field, right, samples)
             values, theirs = self._finite(sides.tensors), self._finite(known)
         except Undefined as undefined:
             raise Undefined(f"`{self.measured_from}` has nothing to compare with: {undefined}") from undefined
@@ -168,8 +170,8 @@ class OfTensors(Metric):
         return row, float(values[row] if self.over == "largest" else shares @ values)
 
 
-def field_of(told: Told) -> Stresses:
-    """The stresses of who is seen. Raises Undefined where it has none."""
+def stress_field_of(told: StressSource) -> Stresses:
+    """Return the stress field of a model or reference. Raises Undefined if it has none."""
     if told is None:
         raise Undefined(
             "only finite elements and beams have a stress at every point, and this is known by its displacements alone"

@@ -1,11 +1,11 @@
-"""The error at the end of a probe."""
+"""Displacement error at the end of a probe."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TipError(OfDisplacements):
+class TipError(DisplacementMetric):
     """Distance between model and reference at the last point of a probe."""
 
-    probe: Annotated[str, "probe", "its last point is compared"]
-    against: Annotated[str, "reference or model", "the solution that is taken as right"]
+    probe: Annotated[str, "probe", "probe whose last point is compared"]
+    against: Annotated[str, "reference or model", "solution taken as correct"]
     unit: ClassVar[str] = "m"
     last: ClassVar[bool] = True
     uncertain: ClassVar[bool] = True
 
     def value(self, X: NDArray[np.float64], u: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-        """|u_n - reference_n| in m."""
+        """Return |u_n - reference_n|, m."""
         return math.sqrt(float(((u[-1] - reference[-1]) ** 2).sum()))

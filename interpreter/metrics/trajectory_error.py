@@ -1,4 +1,4 @@
-"""How far two motions are from each other, over points and time."""
+"""Error between two motions, over points and time."""
 
 from __future__ import annotations
 
@@ -13,30 +13,32 @@ from softmark.records import dataclass
 if TYPE_CHECKING:
     import numpy as np
 
-    from softmark.interpreter.metrics.measurement import Floats, Seen
+    from softmark.interpreter.metrics.measurement import Floats, MetricInput
 else:
     from softmark.solvers.runtime.lazy_modules import np
 
 
 @dataclass(frozen=True)
-class CourseNorm(Metric):
+class TrajectoryError(Metric):
     """Relative l2 norm of the error of a motion, over the points of a probe and all times.
 
     sqrt(sum |u(X, t) - u_ref(X, t)|^2 / sum |u_ref(X, t)|^2), over the points X of the probe and the times t of the
-    reference that both have, each by the time that it stands for (steps may have been halved).
-    Between its own times u is interpolated linearly. What a model gets wrong on the way
-    shows here and not in metrics of the end, where a damped body has come to rest whatever it did before: a step
-    that is accepted unsolved, numerical damping, a wrong frequency. Details: worst_m, the largest distance of any
-    point at any time, and when_s.
+    reference that both cover, each time weighted by its interval (steps may have been halved). Between its own times u
+    is
+    interpolated linearly. Errors on the way show here and not in metrics of the end, where a damped body has come to
+    rest
+    whatever it did before: an unconverged step that was accepted, numerical damping, a wrong frequency. Details:
+    worst_m,
+    the largest distance of any point at any time, and when_s.
     """
 
-    probe: Annotated[str, "probe", "the points that are followed"]
-    against: Annotated[str, "reference or model", "a model with a history that is taken as right"]
+    probe: Annotated[str, "probe", "probe whose points are followed"]
+    against: Annotated[str, "reference or model", "model with a history, taken as correct"]
     unit: ClassVar[str] = "1"
     uncertain: ClassVar[bool] = False
 
-    def measure(self, seen: Seen) -> Measurement:
-        """The norm. Raises Undefined where one of the two has no history."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return the norm. Raises Undefined if one of the two has no history."""
         known = seen.known
         if seen.times is None or seen.course is None:
             raise Undefined("it has no history: the analysis is static, or the probe is one of a surface")
@@ -44,8 +46,8 @@ class CourseNorm(Metric):
             raise Undefined(f"`{self.against}` has no history")
         common = known.times <= seen.times[-1] * (1 + 1e-9)
         t, right = known.times[common], known.course[common]
-        distance = np.linalg.norm(_at(t, seen.times, seen.course) - right, axis=2)  # (t, n)
-        stands = _stands_for(t)[:, None]
+        distance = np.linalg.norm(_interpolate_history(t, seen.times, seen.course) - right, axis=2)  # (t, n)
+        stands = _time_intervals(t)[:, None]
         size = float((stands[:, :, None] * right**2).sum())
         if size == 0.0:
             raise Undefined(f"`{self.against}` does not move, so nothing is relative to it")
@@ -54,8 +56,8 @@ class CourseNorm(Metric):
         return Measurement(math.sqrt(float((stands * distance**2).sum()) / size), details, distance.max(axis=1))
 
 
-def _stands_for(t: Floats) -> Floats:
-    """How much time (k,) each of the times t stands for: half the way to its neighbours; at the ends, all of one."""
+def _time_intervals(t: Floats) -> Floats:
+    """Return the time interval (k,) of each time t: half-way to both neighbours; at the ends, the full interval."""
     if len(t) < 2:
         return np.ones(len(t))
     steps = np.diff(t)
@@ -63,8 +65,8 @@ def _stands_for(t: Floats) -> Floats:
     return stands
 
 
-def _at(t: Floats, times: Floats, course: Floats) -> Floats:
-    """A course (m, n, 3) known at `times` (m,), at the times t (k,), linearly between them (k, n, 3)."""
+def _interpolate_history(t: Floats, times: Floats, course: Floats) -> Floats:
+    """Interpolate a history (m, n, 3) known at `times` (m,) linearly at the times t (k,): (k, n, 3)."""
     after = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
     share = (t - times[after - 1]) / (times[after] - times[after - 1])
     between: Floats = course[after - 1] + share[:, None, None] * (course[after] - course[after - 1])

@@ -1,7 +1,7 @@
-"""What a metric raises where it has no value."""
+"""Exception of a metric that has no value."""
 
 from __future__ import annotations
 
 
 class Undefined(Exception):
-    """The metric has no value here; the text says why."""
+    """The metric has no value here; the text gives the reason."""

@@ -1,48 +1,49 @@
-"""How far a number of a model is from one that was published or measured."""
+"""Error of a metric compared with a published or measured value."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.interpreter.metrics.measurement import Measurement
-from softmark.interpreter.metrics.metric_base import OfMetric
+from softmark.interpreter.metrics.metric_base import DerivedMetric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Scene
-    from softmark.interpreter.metrics.measurement import Seen
+    from softmark.interpreter.metrics.measurement import MetricInput
     from softmark.references.published_values import KnownValue
 
 
 @dataclass(frozen=True)
-class ErrorOfValue(OfMetric):
-    """How far the number of a metric is from a value that is given: |found - given|, relative to the size of |given|.
+class ErrorOfValue(DerivedMetric):
+    """Error of a metric compared with a given value: |found - given|, relative to |given|.
 
-    The value is one that somebody published or measured, a reference `values`, with its uncertainty, or one on which
-    codes agreed, a `consensus`, with the band in which they lie. `relative_to =
-    uncertainty` tells how many times its uncertainty the two are apart instead: 1 or less is agreement, and it has a
-    number where the value is zero. In a sequence of states the number of each is held against the value of that state.
+    The given value is a reference `values`, published or measured, with its uncertainty, or a `consensus` of codes with
+    the band in which they lie. With `relative_to = uncertainty` the difference is divided by the uncertainty: 1 or less
+    means agreement, and this also works for a given value of zero. In a sequence of states each number is compared with
+    the value of that state.
 
-    Of a band it is that on the side on which the number lies, so that 1 or less is inside.
+    For a band, the uncertainty is that of the side on which the number lies, so that 1 or less is inside.
 
-    Its uncertainty is that of the value, in the same terms: an error below it says no more than that the two agree.
-    What a model states of the error is what it states of the metric, in the same terms. Beside its value a report has
-    what was found, what is given and its uncertainty, found less given with its sign, all in the unit of the metric,
-    and whether the difference is within the uncertainty.
+    The uncertainty of the error is that of the given value, in the same terms: a smaller error only shows that the two
+    agree. The stated error of a model is that of the metric, in the same terms. The report also gives the found value,
+    the
+    given value and its uncertainty, and found minus given with its sign, all in the unit of the metric, and whether the
+    difference is within the uncertainty.
     """
 
-    of: Annotated[str, "metric", "the metric whose number is looked at"]
-    against: Annotated[str, "reference", "the value, a reference `values` or `consensus`"]
-    relative_to: Annotated[Literal["value", "uncertainty"], "what the difference is divided by"] = "value"
+    of: Annotated[str, "metric", "metric whose value is compared"]
+    against: Annotated[str, "reference", "given value: a reference `values` or `consensus`"]
+    relative_to: Annotated[Literal["value", "uncertainty"], "divisor of the difference"] = "value"
 
     def probe_in(self, scene: Scene) -> str | None:
-        """That of the metric whose number it is."""
+        """Return the name of the probe of the metric whose value it compares."""
         probe: str | None = scene.declared[self.of].thing.looked_at
         return probe
 
     def size(self, given: KnownValue, found: float | None = None) -> float:
-        """What the difference is divided by, in the unit of the metric; without a number the least that it may be.
+        """Return the divisor of the difference, in the unit of the metric; without `found`, the least it may be.
 
         Raises Undefined.
         """
@@ -54,8 +55,8 @@ class ErrorOfValue(OfMetric):
             raise Undefined(f"the {self.relative_to} of `{self.against}` is zero, so nothing is relative to it")
         return size
 
-    def measure(self, seen: Seen) -> Measurement:
-        """The relative difference. Raises Undefined."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return the relative difference. Raises Undefined."""
         given = None if seen.known is None else seen.known.value
         if given is None or seen.number is None:
             raise Undefined(f"`{self.against}` is no value, or there is none to hold against it")

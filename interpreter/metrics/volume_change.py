@@ -1,4 +1,4 @@
-"""How well a body keeps its volume."""
+"""Volume change of a body."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.records import dataclass
 from softmark.references.surface_geometry import open_edges, signed_volume
 
 if TYPE_CHECKING:
-    from softmark.interpreter.metrics.measurement import Seen
+    from softmark.interpreter.metrics.measurement import MetricInput
 
 
 @dataclass(frozen=True)
@@ -21,18 +21,18 @@ class VolumeChange(Metric):
     v / V - 1, with v of the deformed surface and V of the undeformed one. Each is the sum of signed tetrahedra
     a . (b x c) / 6 over the triangles (a, b, c) of the probe (divergence theorem), exact for the faceted surface: the
     facets cut the same corners off both. An incompressible solid has 0 under any load; a solid of Poisson's ratio nu
-    under a uniaxial strain e has about (1 - 2 nu) e. It is measured of models and references alike, and needs a probe
-    of a whole surface.
+    under a uniaxial strain e has about (1 - 2 nu) e. It works for models and references alike, and needs a probe of a
+    whole surface.
 
-    Beside its value a report has volume_m3 and rest_volume_m3.
+    The report also gives volume_m3 and rest_volume_m3.
     """
 
     probe: Annotated[str, "probe", "the body's whole surface"]
     unit: ClassVar[str] = "1"
     uncertain: ClassVar[bool] = False
 
-    def measure(self, seen: Seen) -> Measurement:
-        """v / V - 1. Raises Undefined unless the triangles close."""
+    def measure(self, seen: MetricInput) -> Measurement:
+        """Return v / V - 1. Raises Undefined unless the triangles form a closed surface."""
         if seen.triangles is None or not len(seen.triangles):
             raise Undefined("a volume needs a probe of the surface of the body")
         if gaps := open_edges(seen.triangles):

@@ -1,10 +1,10 @@
-"""What a load does along the displacements of a body."""
+"""Work of a load along the displacements of a body."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.records import dataclass
 
@@ -18,30 +18,31 @@ else:
 
 
 @dataclass(frozen=True)
-class LoadWork(OfForces):
-    """Work of a load at full size along the displacements that the body comes to: f . u, the potential that it loses.
+class LoadWork(ForceMetric):
+    """Work of a load at full size along the displacements of the body: f . u, the potential energy that it loses.
 
-    Of a load that is put on slowly a linear solid stores half. A pressure that follows the surface, or a moment that
-    stays in space, has none that the state alone would tell, and no value; in a model of small strain it has. Gravity
-    acts on every body, and each model tells that of its own. Against another model it is the difference relative to
-    that model's.
+    Under a slowly applied load a linear solid stores half of it. For a pressure that follows the surface, or a moment
+    with
+    a fixed axis, the work depends on the path, so it has no value (in a model of small strain it has). Gravity acts on
+    every body, and each model reports the work on its own body. Against another model, the value is the difference
+    relative to that model's work.
     """
 
     of: Annotated[str, "load", "the load"]
-    against: Annotated[str | None, "reference or model", "what is taken as right"] = None
+    against: Annotated[str | None, "reference or model", "solution taken as correct"] = None
     natural: ClassVar[str] = "J"
 
     @property
     def concerned(self) -> str:
-        """The load."""
+        """Name of the load."""
         return self.of
 
     def amount(self, rest: AtRest) -> Floats:
-        """f . u in J. Raises Undefined of a load that follows."""
+        """Return f . u, J. Raises Undefined for a load that follows the surface."""
         if (found := rest.work[self.of]) is None:
             raise Undefined(f"the work of `{self.of}` depends on the way: it has no energy")
         return np.array(found)
 
     def acting(self, rest: AtRest) -> float:
-        """The largest force times the largest displacement, J."""
+        """Return the largest force times the largest displacement, J."""
         return rest.acting * rest.moved

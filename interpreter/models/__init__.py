@@ -1,18 +1,17 @@
-"""Models: ways to compute the deformation of a body, each a folder with its words and its builder.
+"""Models: methods to compute the deformation of a body. Each is a folder with a declaration and a builder.
 
-Nobody asks which model one is. The words are a class derived from `shared/model_declaration.py: Model`, with fields
-for the scene: they say which loads, supports and analyses they take, so that a check refuses the others, what speaks
-against
-them (`doubts`), what they are (`outline`, `kind`), how finely they solve and with which order, and what they reduce;
-no numpy there. The builder is a module with `load(model)` for its imports and `prepare(model, declared, case,
-workshop)`, which makes arrays and returns what `shared/prepared_model.py: Prepared` describes; `Meshless` has the
-parts of it that a model without a mesh need not write.
+No code asks which model one is. A declaration is a class derived from `shared/model_declaration.py: Model`, with the
+fields that a scene can set. It states which loads, supports and analyses it supports, so that validation refuses the
+others; the errors and warnings about it (`doubts`); its description (`outline`, `kind`); its resolution and convergence
+order; and which model it reduces. It does not import numpy. A builder is a module with `load(model)` for its imports
+and `prepare(model, declared, case, workshop)`, which creates arrays and returns what
+`shared/prepared_model.py: Prepared` describes; `Meshless` has defaults for a model without a mesh.
 
 To add a model:
-    words     a class, a line in MODELS here
-    builder   a module, a line in BUILDERS (model_builders.py)
-    evidence  forces found again by other formulas, and the error that it states: a module and a line in VOUCHERS
-              (verification/by_model). Without them it runs, with a warning, and vouches for nothing.
+    declaration   a class, and a line in MODELS here
+    builder       a module, and a line in BUILDERS (model_builders.py)
+    verification  forces computed again by other formulas, and an error estimate: a module and a line in VOUCHERS
+                  (verification/by_model). Without them the model runs with a warning and states no error.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What builds each model: its words know nothing of arrays, and what makes arrays of them is imported when asked for.
+"""Builders of models by class of declaration. Declarations need no arrays; builders, which do, are imported on demand.
 
-To add a model: its words in MODELS, and the module that builds it here, with `load(model)`, which imports what
-building needs, and `prepare(model, declared, case, workshop)`, which raises Fault.
+To add a model, add its declaration to MODELS and its builder module here. The module has `load(model)`, which imports
+what building needs, and `prepare(model, declared, case, workshop)`, which raises Fault.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.language.plugin_words import blamed
+from softmark.interpreter.language.plugin_words import find_faulty_plugin
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.beam_frame.frame_declaration import Frame6Dof
 from softmark.interpreter.models.external.external_declaration import Outside
@@ -28,7 +28,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Builder:
-    """What builds a model that is none of ours."""
+    """Builder of a model that a plugin defines."""
 
     load: Callable[[Any], None]
     prepare: Callable[[Any, Declared, Case, Workshop], Prepared]
@@ -64,12 +64,12 @@ SOAKED: dict[type[Any], str] = {
 
 
 def load(model: Any) -> None:
-    """Import what building a model needs, so that no clock counts it. Raises KeyError for what is no model."""
+    """Import what building a model needs, so that it is not timed. Raises KeyError for an unknown model."""
     _builder(model).load(model)
 
 
 def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
-    """A model of a scene as arrays, ready to solve; the workshop may build others for it. Raises Fault."""
+    """Build a model of a scene as arrays, ready to solve; it may build others through the workshop. Raises Fault."""
     workshop.build = build
     builder = _builder(declared.thing)
     if case.remembers:
@@ -79,7 +79,7 @@ def build(declared: Declared, case: Case, workshop: Workshop) -> Prepared:
         prepared: Prepared = builder.prepare(declared.thing, declared, case, workshop)
         missing = [n for n in PREPARED if isinstance(builder, Builder) and not hasattr(prepared, n)]
     except Exception as error:
-        if (whose := blamed(error)) is None:
+        if (whose := find_faulty_plugin(error)) is None:
             raise
         from softmark.interpreter.models.shared.unavailable_model import Unbuilt
 

@@ -1,4 +1,4 @@
-"""Preparing one model, with a clock around it, and reading what was measured."""
+"""Preparation of one model with timing, and reading of measurements."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softmark.pausing import loading
 
 
 def prepared_model(declared: Declared, case: Case, workshop: Workshop) -> tuple[Prepared, tuple[float, float]]:
-    """A model built for a case, and the wall and CPU seconds of building it, imports excluded. Raises Fault."""
+    """Build a model for a case; return it with the wall and CPU seconds, imports excluded. Raises Fault."""
     with loading():
         model_builders.load(declared.thing)
     workshop.borrowed = (0.0, 0.0)
@@ -27,12 +27,12 @@ def prepared_model(declared: Declared, case: Case, workshop: Workshop) -> tuple[
 
 
 def from_a_model(reference: Declared) -> bool:
-    """Whether a reference is made from what a model computes."""
+    """Return whether a reference is computed from a model."""
     return bool(reference.thing.how == "scanned")
 
 
 def measurement(scene: Scene, declared: Declared) -> Any:
-    """A measurement, moved onto the held face of the body where the scene asks for that."""
+    """Return a measurement, moved onto the held face of the body if the scene requests that."""
     thing, register = declared.thing, declared.thing.registered
     if register == "clamp":
         from softmark.interpreter.problem.probe_points import held_face
@@ -43,14 +43,14 @@ def measurement(scene: Scene, declared: Declared) -> Any:
 
 @dataclass
 class Measurements(Mapping[str, Any]):
-    """What references of measured data hold, each read when it is first asked for; `seconds` (wall, CPU) of reading."""
+    """Measured data of references, each read on first use; `seconds` is the (wall, CPU) time of reading."""
 
     scene: Scene
     seconds: tuple[float, float] = (0.0, 0.0)
     _read: dict[str, Any] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
-        """Raises KeyError for what is not measured, or cannot be read."""
+        """Return the data of a reference. Raises KeyError if it is not measured, or cannot be read."""
         if name not in self._read:
             wall, cpu = time.perf_counter(), time.process_time()
             self._read[name] = self._loaded(name)

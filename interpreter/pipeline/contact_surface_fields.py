@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.metrics.contact import OfContact
+from softmark.interpreter.metrics.contact import ContactMetric
 from softmark.interpreter.results.run_report import CarriedNumber
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def _asked(scene: Scene) -> dict[tuple[str, str], list[Declared]]:
     """Metrics by the contact and the number of it that they ask for."""
     found: dict[tuple[str, str], list[Declared]] = {}
     for metric in scene.of_kind("metric").values():
-        if isinstance(metric.thing, OfContact):
+        if isinstance(metric.thing, ContactMetric):
             for number in metric.thing.numbers:
                 found.setdefault((metric.thing.of, number), []).append(metric)
     return found

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import SceneError
-from softmark.interpreter.language.plugin_words import blamed
+from softmark.interpreter.language.plugin_words import find_faulty_plugin
 from softmark.interpreter.models.model_preparation import prepared_model
 from softmark.interpreter.models.postprocessing.mesh_stress import stressed
 from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
@@ -33,7 +33,7 @@ from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT, perce
 from softmark.interpreter.verification.force_verification import watched
 from softmark.interpreter.verification.selection_error import reactions
 from softmark.interpreter.verification.stress_warnings import asks, unresolved
-from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.runtime import parallel_compilation
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ def _body(case: Case, prepared: Prepared) -> dict[str, Any]:
 
 def _filled(case: Case, prepared: Prepared) -> dict[str, Any]:
     """How the mesh of a filled surface stands to it; nothing of another body, and nothing is imported for it."""
-    if not isinstance(case.shape, Enclosed):
+    if not isinstance(case.shape, SurfaceBody):
         return {}
     from softmark.interpreter.models.shared import filled_mesh_notes
 
@@ -224,7 +224,9 @@ def _timed(work: Work, name: str, prepared: Prepared) -> tuple[Solution, list[fl
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
         what = (
-            "out of memory" if isinstance(error, MemoryError) else blamed(error) or f"{type(error).__name__}: {error}"
+            "out of memory"
+            if isinstance(error, MemoryError)
+            else find_faulty_plugin(error) or f"{type(error).__name__}: {error}"
         )
         return Solution("failed", f"the solver stopped with an error ({what})", {}), wall, cpu
     return solution, wall, cpu

@@ -9,7 +9,7 @@ import numpy as np
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import SceneError
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.models.shared.prepared_model import Prepared
 from softmark.interpreter.pipeline.run_state import Work
 from softmark.interpreter.problem.body_case import Fault, fault
@@ -41,7 +41,7 @@ def must_be_inside(work: Work, body: str, prepared: Prepared) -> None:
             raise fault(
                 "E504",
                 probe.at(field),
-                f"`{probe.name}` looks at a point {units.show(distance, units.LENGTH)} outside `{body}`",
+                f"`{probe.name}` looks at a point {units.format_value(distance, units.LENGTH)} outside `{body}`",
                 "not in the body",
                 "give coordinates of the undeformed body",
             )
@@ -71,6 +71,6 @@ def weights(work: Work, body: str) -> dict[str, np.ndarray]:
 def domains(work: Work, body: str) -> dict[str, ProbeDomain]:
     """The domains of the probes of a body at which metrics of stress or strain look."""
     asked = {
-        metric.thing.probe for metric in work.scene.of_kind("metric").values() if isinstance(metric.thing, OfTensors)
+        metric.thing.probe for metric in work.scene.of_kind("metric").values() if isinstance(metric.thing, TensorMetric)
     }
     return {probe.name: work.domain(probe) for probe in work.probes(body) if probe.name in asked}

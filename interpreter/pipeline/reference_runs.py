@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, SceneError
-from softmark.interpreter.language.plugin_words import blamed
+from softmark.interpreter.language.plugin_words import find_faulty_plugin
 from softmark.interpreter.metrics.curve_geometry import Curve
 from softmark.interpreter.models.model_preparation import from_a_model, measurement
 from softmark.interpreter.pipeline import probe_sampling
@@ -69,7 +69,7 @@ def _read(work: Work, declared: Declared) -> None:
     except Exception as failure:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        _failed(work, declared, blamed(failure) or str(failure))
+        _failed(work, declared, find_faulty_plugin(failure) or str(failure))
 
 
 def _known_before(work: Work, name: str) -> bool:
@@ -135,7 +135,7 @@ def _reference(work: Work, declared: Declared) -> None:
     except Exception as failure:
         if os.environ.get("SOFTMARK_DEBUG"):
             raise
-        _failed(work, declared, blamed(failure) or str(failure))
+        _failed(work, declared, find_faulty_plugin(failure) or str(failure))
 
 
 def _keep_refined(work: Work, declared: Declared) -> None:
@@ -193,7 +193,7 @@ def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
         declared.name, case.body.name, case, curve=Curve(data.x, data.y, data.u, data.lost_between, data.band)
     )
     chosen = picked(len(data.x), DRAWN)
-    named = tuple(units.si(amount.dimension) for amount in (thing.x_unit, thing.y_unit))
+    named = tuple(units.si_unit(amount.dimension) for amount in (thing.x_unit, thing.y_unit))
     band = None if data.band is None else (data.band[0][chosen], data.band[1][chosen])
     drawn = SeenCurve(data.x[chosen], data.y[chosen], (named[0], named[1]), data.u[chosen], band)
     facts = {
@@ -207,7 +207,7 @@ def _keep_curve(work: Work, declared: Declared, data: MeasuredCurve) -> None:
 
 def _keep_value(work: Work, declared: Declared, data: KnownValue) -> None:
     """A value of one state: it has no displacements of points."""
-    case, unit = work.case(declared), units.si(declared.thing.values.dimension)
+    case, unit = work.case(declared), units.si_unit(declared.thing.values.dimension)
     work.views[declared.name] = View(declared.name, case.body.name, case, value=data)
     facts = {"value": data.value, "uncertainty": data.uncertainty, "unit": unit}
     if data.band is not None:

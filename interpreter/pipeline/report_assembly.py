@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.metrics.metric_evaluation import metrics_of
+from softmark.interpreter.metrics.metric_evaluation import evaluate_metrics
 from softmark.interpreter.pipeline.run_environment import describe, environment
 from softmark.interpreter.pipeline.run_state import Work
 from softmark.interpreter.pipeline.scene_declarations import names_of
@@ -72,7 +72,7 @@ def _measure(work: Work, partial: bool, coloured: bool = False, only: str = "") 
             if name in work.taken or (partial and result.metrics) or (only and name != only):
                 continue
             before = [w.views for w in work.earlier]
-            metrics, errors = metrics_of(work.scene, work.views[name], work.views, before, work.plan.models)
+            metrics, errors = evaluate_metrics(work.scene, work.views[name], work.views, before, work.plan.models)
             shape = _shape(work, name, errors) if work.options.draw and not partial else None
             if shape is not None and work.views[name].case.contacts:
                 shape = _beside(work.views[name], shape)

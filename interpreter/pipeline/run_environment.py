@@ -22,7 +22,7 @@ def describe(scene: Scene) -> dict[str, Any]:
     parameters = {}
     for name, p in scene.parameters.items():
         value = p.value.value if isinstance(p.value, Quantity) else list(p.value.values)
-        parameters[name] = {"value": value, "unit": units.si(p.value.dimension), "text": p.text}
+        parameters[name] = {"value": value, "unit": units.si_unit(p.value.dimension), "text": p.text}
     return {
         "title": scene.title,
         "file": encodable(scene.path or source.name),

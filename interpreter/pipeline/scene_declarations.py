@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.language.compiled_scene import RIGID, Declared, Scene, rigid
-from softmark.interpreter.language.expectation_conditions import metrics_in
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.language.compiled_scene import RIGID, Declared, Scene, is_rigid
+from softmark.interpreter.language.expectation_conditions import find_metrics
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.results.declarations import Named, Names
 from softmark.interpreter.vocabulary.load_words import Gravity
 from softmark.interpreter.vocabulary.support_words import Symmetric
@@ -22,7 +22,7 @@ def names_of(scene: Scene) -> Names:
 
 
 def _named(scene: Scene, declared: Declared) -> Named:
-    thing, body, metric, stiff = declared.thing, None, declared.kind == "metric", rigid(declared)
+    thing, body, metric, stiff = declared.thing, None, declared.kind == "metric", is_rigid(declared)
     if "body" in declared.fields:
         body = thing.body
     return Named(
@@ -37,7 +37,7 @@ def _named(scene: Scene, declared: Declared) -> Named:
 def _part(scene: Scene, metric: Declared) -> str:
     """`the quarter of layer that is modelled`, of a metric that is a sum over it; "" where that is the whole."""
     thing = metric.thing
-    if not isinstance(thing, OfForces) or thing.measured_from is not None or thing.natural not in SUMS:
+    if not isinstance(thing, ForceMetric) or thing.measured_from is not None or thing.natural not in SUMS:
         return ""
     body, everyone = thing.body_in(scene), scene.of_kind("support").items()
     planes = {n: d.thing.normal for n, d in everyone if isinstance(d.thing, Symmetric) and d.thing.body == body}
@@ -57,5 +57,5 @@ def _poisson(scene: Scene, material: object) -> float | None:
 def _expected(scene: Scene) -> tuple[str, ...]:
     """Metrics that expectations ask for of models."""
     nodes = (e.node for e in scene.expectations if e.location.source is scene.source)
-    names = (name.parts for node in nodes for name in metrics_in(node))
+    names = (name.parts for node in nodes for name in find_metrics(node))
     return tuple(dict.fromkeys(metric for owner, metric in names if owner in scene.of_kind("model")))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
-from softmark.interpreter.metrics.tensor_metrics import OfTensors, field_of
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric, stress_field_of
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.pipeline.run_state import Work
 from softmark.interpreter.problem.solution import View
@@ -27,7 +27,7 @@ def carried(work: Work, view: View, X: Floats) -> tuple[CarriedNumber, ...]:
     if not asked:
         return ()
     try:
-        field = field_of(view.stress)
+        field = stress_field_of(view.stress)
         tensors = field.at(X)
     except Undefined as undefined:
         return tuple(_number(metrics, None, str(undefined)) for metrics in asked)
@@ -49,7 +49,7 @@ def _asked(work: Work, body: str) -> list[list[Declared]]:
     found: dict[tuple[Any, ...], list[Declared]] = {}
     for metric in work.scene.of_kind("metric").values():
         thing = metric.thing
-        if isinstance(thing, OfTensors) and work.scene.declared[thing.probe].thing.body == body:
+        if isinstance(thing, TensorMetric) and work.scene.declared[thing.probe].thing.body == body:
             key = type(thing), *(vars(thing).get(name) for name in ("component", "measure_"))
             found.setdefault(key, []).append(metric)
     return list(found.values())

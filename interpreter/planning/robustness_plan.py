@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 from softmark.grammar.diagnostic import Diagnostic, did_you_mean
 from softmark.interpreter.language.compiled_scene import Declared, Location, Scene
-from softmark.interpreter.language.foreign_words import slip
+from softmark.interpreter.language.foreign_words import find_misspelling
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.sweep_values import SweepTarget
-from softmark.interpreter.metrics.metric_base import OfDisplacements, OfForces, OfMetric
+from softmark.interpreter.metrics.metric_base import DerivedMetric, DisplacementMetric, ForceMetric
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.planning.parameter_walk import Until
 from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, usual
@@ -76,13 +76,13 @@ def _comparable(scene: Scene, metric: Declared) -> bool:
     forces; models state it by the metric itself.
     """
     against = scene.declared.get(metric.thing.against)
-    if isinstance(metric.thing, OfDisplacements):
+    if isinstance(metric.thing, DisplacementMetric):
         return True
     if isinstance(metric.thing, ErrorOfValue):
         return metric.thing.relative_to == "value" and against is not None and is_closed_form(scene, against)
     if against is None:
         return False
-    if isinstance(metric.thing, OfForces) and against.kind == "reference":
+    if isinstance(metric.thing, ForceMetric) and against.kind == "reference":
         return against.thing.with_forces and against.thing.about in OF_CONTACT
     return against.kind == "model"
 
@@ -162,7 +162,7 @@ def _why_not(scene: Scene, name: str) -> str:
     elif against is not None:
         what = "cannot tell"
         why = f"how uncertain `{against}` is, is known of its displacements and not in the terms of this metric"
-        if isinstance(thing, OfMetric):
+        if isinstance(thing, DerivedMetric):
             known = scene.declared[against].thing.kind
             how = "agreed on" if known == "consensus" else "measured"
             why = f"`{against}` was {how} of this body as it is, and says nothing of others"
@@ -209,7 +209,7 @@ def _target(
 def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
     owner, _, attribute = name.rpartition(".")
     constructor = scene.declared[owner].constructor
-    close = slip(attribute, [f.name for f in constructor.fields])
+    close = find_misspelling(attribute, [f.name for f in constructor.fields])
     fields = ", ".join(f.name for f in constructor.fields) or "none"
     help = did_you_mean(close, f"{owner}.{close}") if close else f"fields of `{constructor.name}`: {fields}"
     return diagnostic("E205", at, f"`{constructor.name}` has no field `{attribute}`", "not a field", help)

@@ -11,7 +11,7 @@ from collections import defaultdict
 from softmark.grammar import tree
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Location, Scene
-from softmark.interpreter.language.expectation_conditions import metrics_in
+from softmark.interpreter.language.expectation_conditions import find_metrics
 from softmark.interpreter.language.scene_states import states_of
 from softmark.interpreter.problem.body_case import body_of, case_of
 from softmark.records import dataclass
@@ -87,7 +87,7 @@ def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
 
 def named_in(node: tree.Expression) -> set[str]:
     """Models and references that an expectation is about: what stands before the dot."""
-    return {name.parts[0] for name in metrics_in(node)}
+    return {name.parts[0] for name in find_metrics(node)}
 
 
 def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:
@@ -119,7 +119,7 @@ def _known(reference: Declared) -> str:
     if reference.thing.how != "refined":
         return reference.constructor.name
     names, sizes = reference.thing.methods, reference.thing.sizes.values
-    each = f"{' and '.join(names)} at {units.show_all(sizes, units.LENGTH)}"
+    each = f"{' and '.join(names)} at {units.format_vector(sizes, units.LENGTH)}"
     return f"{reference.constructor.name}: {each}, {len(names) * len(sizes)} solutions"
 
 

@@ -71,13 +71,13 @@ class WalkedQuantity(Plain):
     @property
     def unit(self) -> str:
         """Of its values, SI."""
-        return "1" if self.vector else units.si(self.dimension)
+        return "1" if self.vector else units.si_unit(self.dimension)
 
     def written(self, value: Value) -> str:
         """The value as an override takes it, exactly."""
         if isinstance(value, str):
             return value
-        unit = "" if self.dimension == units.NONE else units.si(self.dimension)
+        unit = "" if self.dimension == units.NONE else units.si_unit(self.dimension)
         if self.vector:
             parts = ", ".join(_plain(parameter_scale.tidy(c * value)) for c in self.vector)
             return f"({parts}) {unit}".strip()
@@ -101,7 +101,7 @@ class WalkedQuantity(Plain):
         nominal, kind = own.get("nominal"), cast("Kind", own.get("kind") or "reach")
         limits, options = own.get("limits"), tuple(own.get("options") or ())
         return cls(
-            own["name"], kind, text if nominal is None else nominal, text, units.parse(unit).dimension,
+            own["name"], kind, text if nominal is None else nominal, text, units.parse_unit(unit).dimension,
             tuple(limits) if limits else None, options,
         )  # fmt: skip
 
@@ -172,7 +172,7 @@ def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuant
 def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
     if not any(value):
         raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", "give it a size to start from")
-    return _laddered(name, "factor", 1.0, units.show_all(value, dimension), dimension, SPAN, vector=tuple(value))
+    return _laddered(name, "factor", 1.0, units.format_vector(value, dimension), dimension, SPAN, vector=tuple(value))
 
 
 def _number(
@@ -186,7 +186,9 @@ def _number(
     if interval is not None:
         low = max(low, interval.low) if not interval.low_open or low < interval.low else low
         high = min(high, interval.high) if not interval.high_open or high > interval.high else high
-    return _laddered(name, "factor", value, units.show(value, dimension), dimension, (low / value, high / value))
+    return _laddered(
+        name, "factor", value, units.format_value(value, dimension), dimension, (low / value, high / value)
+    )
 
 
 def _laddered(
@@ -259,15 +261,15 @@ def _in_range(name: str, value: float, dimension: Dimension, interval: Interval)
         else:
             ways.append(parameter_scale.stretched(value, end, direction))
     kind: Kind = "reach" if value == 0 else "factor"
-    return WalkedQuantity(name, kind, value, units.show(value, dimension) if value else "0", dimension,
+    return WalkedQuantity(name, kind, value, units.format_value(value, dimension) if value else "0", dimension,
                     (interval.low, interval.high), ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
 def _tried(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
-    from softmark.interpreter.language.compiler import recompiled
+    from softmark.interpreter.language.compiler import recompile
 
-    override = parameter_overrides.read_one(f"{name}={_plain(value)}", [])
-    return recompiled(scene, [override] if override else [])
+    override = parameter_overrides.read_override(f"{name}={_plain(value)}", [])
+    return recompile(scene, [override] if override else [])
 
 
 def _is_poisson(scene: Scene, name: str, value: float) -> bool:

@@ -24,9 +24,9 @@ def table_fault(declared: Declared, duration: float) -> Diagnostic | None:
         problem = f"the table of `{declared.name}` cannot be used: {error.reason}"
         return diagnostic("E409", at, problem, "no course", error.remedy)
     if times[0] > NEAR * duration or times[-1] < duration * (1.0 - NEAR):
-        span = units.show_range(times[0], times[-1], units.TIME)
+        span = units.format_range(times[0], times[-1], units.TIME)
         return diagnostic("E315", at, f"the table of `{declared.name}` does not go over the whole analysis",
                           f"it goes from {span}",
-                          f"the analysis goes from 0 to {units.show(duration, units.TIME)}: give the table rows for all"
+                          f"the analysis goes from 0 to {units.format_value(duration, units.TIME)}: give the table rows for all"
                           " of it, or analyse less")  # fmt: skip
     return None

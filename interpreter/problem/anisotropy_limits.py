@@ -198,7 +198,7 @@ def must_be_mirrored(case: Case, X: Floats) -> None:
             axis, place = support.thing.normal
             odd = _unlike(case.material, some, axis, place)
             if odd is not None:
-                where = units.show_all(tuple(float(f"{c:.3g}") for c in odd), units.LENGTH)
+                where = units.format_vector(tuple(float(f"{c:.3g}") for c in odd), units.LENGTH)
                 at = f" at {where}" if getattr(case.material, "turning", False) else ""
                 raise fault("E369", support.at(), f"fibres of `{case.body.name}`{at} have another mirror image in "
                             f"`{support.name}` than the material has there", "half does not stand for the whole",

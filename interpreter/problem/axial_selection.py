@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.language.coordinate_conditions import RELATIVE_TOLERANCE, Border, Condition, Point
-from softmark.solvers.mesh.shape import dot, moved
+from softmark.solvers.mesh.shape import add_multiples, dot
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.shape import Section, Swept, Vector3
@@ -113,7 +113,7 @@ def seen_from(shape: Swept, end: int) -> tuple[Vector3, Vector3]:
     """The centre of an end face of a straight body, 0 the root, m, and the unit vector from there along it."""
     if end == 0:
         return shape.root, shape.axis
-    return moved(shape.root, (shape.length, shape.axis)), moved((0.0, 0.0, 0.0), (-1.0, shape.axis))
+    return add_multiples(shape.root, (shape.length, shape.axis)), add_multiples((0.0, 0.0, 0.0), (-1.0, shape.axis))
 
 
 def _apart(marks: list[float], near: float) -> list[float]:

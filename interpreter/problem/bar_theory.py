@@ -11,11 +11,11 @@ from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.axial_selection import end_of, seen_from
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import PerArea, PerMass
+from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.graded_bar import PulledBar
 from softmark.references.straight_cantilever import Refused
-from softmark.solvers.mesh.shape import Prism, cross, dot, moved
+from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -72,11 +72,11 @@ def _pulls(case: Case, free: int, axis: Any) -> tuple[float, float]:
     force, pull = 0.0, 0.0
     for load in case.loads:
         match load.thing.action:
-            case PerArea(where=where, traction=traction):
+            case SurfaceTraction(where=where, traction=traction):
                 if end_of(where, case.prism) != free:
                     raise Refused(f"the load `{load.name}` does not act on the whole of the free end alone", REMEDY)
                 force += _component(load, traction, axis)
-            case PerMass(acceleration=g):
+            case BodyForce(acceleration=g):
                 pull += _component(load, g, axis)
             case _:
                 raise Refused(f"the load `{load.name}` is neither a traction nor gravity", REMEDY)
@@ -126,8 +126,8 @@ def _sections(shape: Any, root: Any, axis: Any) -> Iterator[tuple[Any, list[Any]
     """Points of the axis, and others of the section there, m."""
     _, first, second = shape.frame(0.0)
     for i in range(STATIONS):
-        middle = moved(root, (shape.length * i / (STATIONS - 1), axis))
-        yield middle, [moved(middle, (u, first), (v, second)) for u, v in shape.section.samples()]
+        middle = add_multiples(root, (shape.length * i / (STATIONS - 1), axis))
+        yield middle, [add_multiples(middle, (u, first), (v, second)) for u, v in shape.section.samples()]
 
 
 def _must_be_even(constant: Profile, own: float, others: list[float]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.axial_selection import end_of, seen_from
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import PerMass
+from softmark.interpreter.vocabulary.load_words import BodyForce
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.straight_cantilever import ALIGNMENT, Cantilever, Disc, Rectangle, Refused, Ring
 from softmark.solvers.mesh.shapes import Box, Cylinder
@@ -25,7 +25,7 @@ def cantilever_of(reference: Declared, case: Case) -> Cantilever:
         raise Refused(f"the part `{part.name}` of `{case.body.name}` is of another material",
                       "beam theory knows one material; compare with a model: `self_converged(...)`")  # fmt: skip
     for load in case.loads:
-        if not isinstance(load.thing.action, PerMass):
+        if not isinstance(load.thing.action, BodyForce):
             raise Refused(f"the load `{load.name}` is not gravity",
                           "this reference knows a beam under its own weight alone")  # fmt: skip
     if not any(case.gravity):

@@ -9,11 +9,11 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic, Remedy
 from softmark.interpreter.language import units
-from softmark.interpreter.language.compiled_scene import Declared, Location, Scene, rigid
+from softmark.interpreter.language.compiled_scene import Declared, Location, Scene, is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE, RELATIVE_TOLERANCE, Condition, Term
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic, Static
-from softmark.interpreter.vocabulary.load_words import PerMass, PointForce
+from softmark.interpreter.vocabulary.load_words import BodyForce, PointForce
 from softmark.interpreter.vocabulary.self_contact_words import Itself, Tied
 from softmark.interpreter.vocabulary.support_words import Bedded, Drain, InPlane, Level, OnAxis
 from softmark.records import dataclass
@@ -38,7 +38,7 @@ class Touch:
     """A contact of a body with a `rigid` one, and what moves that: supports, or loads, in the order of the scene."""
 
     declared: Declared
-    rigid: Declared
+    is_rigid: Declared
     moved: tuple[Declared, ...]
     loads: tuple[Declared, ...] = ()  # of one that is free
     along: int | None = None  # x, y or z, by number: the way that loads may press it at rest
@@ -193,7 +193,7 @@ class Case:
     @property
     def gravity(self) -> tuple[float, float, float]:
         """Sum of all accelerations of gravity, m/s^2."""
-        pulls = [d.thing.action for d in self.loads if isinstance(d.thing.action, PerMass)]
+        pulls = [d.thing.action for d in self.loads if isinstance(d.thing.action, BodyForce)]
         x, y, z = (sum(p.acceleration[i] for p in pulls) for i in range(3))
         return x, y, z
 
@@ -253,7 +253,7 @@ def _touch(scene: Scene, contact: Declared) -> Touch:
 def at_rest_pressed(scene: Scene, body: Declared) -> bool:
     """Whether loads say where a rigid body comes to rest: it has a mass or a force of its own, without a time."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
-    if not rigid(body) or (analysis is not None and not isinstance(analysis.thing, Static)):
+    if not is_rigid(body) or (analysis is not None and not isinstance(analysis.thing, Static)):
         return False
     own = (load for load in scene.acting("load", body.name) if load.value("body") == body.name)
     return body.thing.free or any(isinstance(load.thing, PointForce) for load in own)
@@ -327,5 +327,5 @@ def elsewhere(scene: Scene, declared: Declared, case: Case) -> str | None:
 def reach(low: Sequence[float], high: Sequence[float]) -> str:
     """What a body spans, in words: `x from 0 to 178 mm, y from -19 to 19 mm, ...`."""
     return ", ".join(
-        f"{n} from {units.show_range(a, b, units.LENGTH)}" for n, a, b in zip("xyz", low, high, strict=True)
+        f"{n} from {units.format_range(a, b, units.LENGTH)}" for n, a, b in zip("xyz", low, high, strict=True)
     )

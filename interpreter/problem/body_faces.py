@@ -11,7 +11,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.references.straight_cantilever import Refused
 from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
-from softmark.solvers.mesh.shape import Bounds, Vector3, moved, with_coordinate
+from softmark.solvers.mesh.shape import Bounds, Vector3, add_multiples, replace_coordinate
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
 NONE = (0.0, 0.0, 0.0)
@@ -59,12 +59,12 @@ class Rectangular:
 
     def outward(self, axis: int, end: int) -> Vector3:
         """The unit vector out of a face across an axis, 0 the low one."""
-        return with_coordinate(NONE, axis, 1.0 if end else -1.0)
+        return replace_coordinate(NONE, axis, 1.0 if end else -1.0)
 
     def centre(self, axis: int, end: int) -> Vector3:
         """The middle of such a face, m; of a body of revolution on its axis."""
-        found = with_coordinate(self.middle, axis, self.bounds[end][axis])
-        return with_coordinate(found, 0, 0.0) if self.turns else found
+        found = replace_coordinate(self.middle, axis, self.bounds[end][axis])
+        return replace_coordinate(found, 0, 0.0) if self.turns else found
 
     @property
     def middle(self) -> Vector3:
@@ -103,11 +103,11 @@ class Round:
 
     def outward(self, axis: int, end: int) -> Vector3:
         """The unit vector out of an end, 0 the root."""
-        return moved(NONE, (1.0 if end else -1.0, self.shape.axis))
+        return add_multiples(NONE, (1.0 if end else -1.0, self.shape.axis))
 
     def centre(self, axis: int, end: int) -> Vector3:
         """The middle of an end, m."""
-        return moved(self.shape.root, (end * self.shape.length, self.shape.axis))
+        return add_multiples(self.shape.root, (end * self.shape.length, self.shape.axis))
 
     def taken(self, condition: Condition, axis: int) -> set[int]:
         """Which of its ends a condition selects."""
@@ -133,7 +133,7 @@ class Round:
         """Whether all that a condition selects lies on the plane through the axis that is normal to x, y or z."""
         low, high = self.shape.bounds
         slack, at, extent = BESIDE * self.shape.radius, self.shape.root[axis], self.shape.diagonal
-        above, below = with_coordinate(low, axis, at + slack), with_coordinate(high, axis, at - slack)
+        above, below = replace_coordinate(low, axis, at + slack), replace_coordinate(high, axis, at - slack)
         beside = condition.over(above, high, extent), condition.over(low, below, extent)
         return not any(true for _, true in beside)
 

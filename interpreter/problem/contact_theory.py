@@ -13,14 +13,14 @@ from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_bo
 from softmark.interpreter.problem.indenter_shape import indenter
 from softmark.interpreter.results.reaction_results import AtRest, Reaction
 from softmark.interpreter.results.reaction_results import Touch as Touched
-from softmark.interpreter.vocabulary.amplitude_words import in_full
+from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.support_words import ByVector, Holding
 from softmark.records import dataclass
 from softmark.references.half_space_indentation import Surroundings
 from softmark.references.indentation import SAID, Pressed
 from softmark.references.straight_cantilever import Refused, Vector
-from softmark.solvers.mesh.shape import cross, dot, moved
+from softmark.solvers.mesh.shape import add_multiples, cross, dot
 
 NEAR = 1e-6  # of the body's size: how far beside the axis a plane of symmetry may lie
 SAME = 1e-9  # of the body's size, or of a travel: what is less is none
@@ -129,7 +129,7 @@ def _above(touch: Touch, face: Face) -> bool:
         return False
     low, high = shape.bounds
     x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
-    return dot(moved((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
+    return dot(add_multiples((x, y, z), (-1.0, face.middle)), n) > 0.0 and face.over(low, high)
 
 
 def travel(touch: Touch) -> Vector:
@@ -139,11 +139,11 @@ def travel(touch: Touch) -> Vector:
                       "take the force of a scene in which a support moves it: `displaced(...)`")  # fmt: skip
     shift = NONE
     for support in touch.moved:
-        thing = in_full(support.thing)
+        thing = at_full_size(support.thing)
         if thing.turns:
             raise Refused(f"`{support.name}` turns `{touch.rigid.name}`", "move it without a turn")
         if isinstance(thing, ByVector):
-            shift = moved(shift, (1.0, support.thing.imposed))
+            shift = add_multiples(shift, (1.0, support.thing.imposed))
     return shift
 
 
@@ -154,7 +154,7 @@ def far_held(case: Case, face: Face) -> tuple[bool, set[tuple[int, int]]]:
     """
     held, mirrors = set[int](), set[tuple[int, int]]()
     for support in case.named_supports:
-        thing = in_full(support.thing)
+        thing = at_full_size(support.thing)
         if not isinstance(thing, Holding) or thing.moves:
             raise Refused(f"the support `{support.name}` moves `{case.body.name}`", FAR)
         if face.taken(thing.where) == {1 - face.end}:
@@ -202,22 +202,22 @@ def _pressed(case: Case) -> Pressed:
     n = face.normal
     tool = indenter(touch.rigid.name, touch.rigid.thing.shape, n, case.planar)
     shift = travel(touch)
-    gap = dot(moved(tool.foot, (-1.0, face.middle)), n)
-    first = moved(tool.foot, (-gap, n))
+    gap = dot(add_multiples(tool.foot, (-1.0, face.middle)), n)
+    first = add_multiples(tool.foot, (-gap, n))
     if not face.above(first):
         raise Refused(f"`{touch.rigid.name}` comes down beside the face", "move it above the face")
     if face.body_turns and math.hypot(first[0], first[2]) > NEAR * case.shape.diagonal:
         raise Refused(f"`{touch.rigid.name}` is not on the axis", "put it on the y axis")
     bonded, mirrors = far_held(case, face)
     depth = -dot(shift, n) - gap
-    slid = moved(shift, (-dot(shift, n), n))
+    slid = add_multiples(shift, (-dot(shift, n), n))
     if tool.reach < depth:
         raise Refused(f"`{touch.rigid.name}` is pressed in by more than its tip is long", "take a longer one")
     share = _share(case, face, first, mirrors)
     if share < 1.0 and math.hypot(*slid) > SAME * case.shape.diagonal:
         raise Refused(f"`{touch.rigid.name}` is dragged off the plane of symmetry", "model the whole")
     friction = float(touch.thing.friction)
-    at = first if friction else moved(first, (1.0, slid))
+    at = first if friction else add_multiples(first, (1.0, slid))
     if not touch.thing.where.holds(*at, case.shape.diagonal):
         raise Refused(f"`{touch.name}` leaves the place out that is pressed", "select the whole face")
     material = case.material
@@ -243,9 +243,9 @@ def _share(case: Case, face: Face, at: Vector, mirrors: set[tuple[int, int]]) ->
 
 def _askew(case: Case, touch: Touch, n: Vector) -> bool:
     """Whether a rigid body is dragged along a face while it goes down: by one support, or by its courses."""
-    moving = [s for s in touch.moved if isinstance(in_full(s.thing), ByVector)]
+    moving = [s for s in touch.moved if isinstance(at_full_size(s.thing), ByVector)]
     for support in moving:
-        whole = in_full(support.thing).imposed
+        whole = at_full_size(support.thing).imposed
         down, size = abs(dot(whole, n)), math.hypot(*whole)
         if SAME * size < down < (1.0 - SAME) * size:
             return True
@@ -263,10 +263,10 @@ def _where(moving: list[Any], n: Vector, t: float) -> tuple[float, float]:
     """How deep, and how far along the face, supports have taken a rigid body at a time, m."""
     total = NONE
     for support in moving:
-        full = in_full(support.thing)
-        total = moved(total, (1.0 if full.course is None else full.course.at(t), full.imposed))
+        full = at_full_size(support.thing)
+        total = add_multiples(total, (1.0 if full.course is None else full.course.at(t), full.imposed))
     down = dot(total, n)
-    return down, math.hypot(*moved(total, (-down, n)))
+    return down, math.hypot(*add_multiples(total, (-down, n)))
 
 
 # ------------------------------------------------------------------ what they say
@@ -303,11 +303,11 @@ def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
     share = 0.5 ** len(mirrors) if pressed else 1.0  # a bar is what it is
     n, at = face.normal, theory.at if pressed else face.middle
     unknown = math.nan, math.nan, math.nan
-    force = moved(NONE, (-share * theory.push, n), (share, getattr(theory, "dragged", NONE)))
-    acting = moved(force, (share * getattr(theory, "load", 0.0), n))
+    force = add_multiples(NONE, (-share * theory.push, n), (share, getattr(theory, "dragged", NONE)))
+    acting = add_multiples(force, (share * getattr(theory, "load", 0.0), n))
     part = share < 1.0  # of what presses: it pushes beside its axis, on one side of the plane
     found = {touch.name: Reaction(force, unknown if part else cross(at, force), at, unknown if part else NONE)}
-    far = moved(face.middle, (-face.thickness, face.normal))
+    far = add_multiples(face.middle, (-face.thickness, face.normal))
     alone = [s for s in case.named_supports if face.taken(s.thing.where) == {1 - face.end}]
     for support in case.supports:
         if support not in alone:
@@ -320,8 +320,8 @@ def at_rest(reference: Declared, case: Case, theory: Any) -> AtRest:
             for c, f in enumerate(acting)
         )  # fmt: skip
         carried, full = (x, y, z), not mirrors and whole
-        own = moved(NONE, (-1.0, cross(moved(at, (-1.0, far)), acting))) if full else unknown
-        moment = moved(own, (1.0, cross(far, carried))) if full else unknown
+        own = add_multiples(NONE, (-1.0, cross(add_multiples(at, (-1.0, far)), acting))) if full else unknown
+        moment = add_multiples(own, (1.0, cross(far, carried))) if full else unknown
         found[support.name] = Reaction(carried, moment, far, own)
     work = {load.name: None for load in case.loads}
     there = Pressing(theory, at, n, case.planar == "plane_strain") if hasattr(theory, "pressure") else None

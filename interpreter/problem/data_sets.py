@@ -39,9 +39,9 @@ def located(shape: AnyShape, at: Location) -> AnyShape:
 
 def _of_region(shape: AnyShape, at: Location) -> AnyShape:
     """The same of a plane region in a file."""
-    from softmark.solvers.mesh.plane_region_files import FlatFile  # of no other scene
+    from softmark.solvers.mesh.plane_region_files import FileSlice  # of no other scene
 
-    if not isinstance(shape, FlatFile):
+    if not isinstance(shape, FileSlice):
         return shape
     region: Any = shape.region
     here: AnyShape = replace(shape, region=located(region, at))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, Routed, Turning
+from softmark.interpreter.vocabulary.load_words import MomentLoad, PointLoad, SurfaceTraction, TendonLoad
 from softmark.solvers.mesh.shape import Prism, cross
 
 
@@ -30,19 +30,19 @@ def bending_angle(case: Case) -> float | None:
 
 
 def _force(action: Any, shape: Prism) -> tuple[float, ...]:
-    if isinstance(action, AtPoint):
+    if isinstance(action, PointLoad):
         return action.force
-    if isinstance(action, PerArea):  # as if on the end face; an estimate
+    if isinstance(action, SurfaceTraction):  # as if on the end face; an estimate
         return tuple(t * shape.section.area for t in action.traction)
     return (0.0, 0.0, 0.0)
 
 
 def _moment(load: Any, shape: Prism) -> tuple[float, ...]:
     action = load.thing.action
-    if isinstance(action, Routed):  # its pull on the mean of the arms at its ends
+    if isinstance(action, TendonLoad):  # its pull on the mean of the arms at its ends
         middle = (0.5 * (a + b) - r for a, b, r in zip(action.begin, action.end, shape.root, strict=True))
         return cross(tuple(middle), tuple(-action.tension * a for a in shape.axis))
-    return action.moment if isinstance(action, Turning) else (0.0, 0.0, 0.0)
+    return action.moment if isinstance(action, MomentLoad) else (0.0, 0.0, 0.0)
 
 
 def _across(vector: list[float], axis: tuple[float, ...]) -> float:

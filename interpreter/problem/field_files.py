@@ -93,9 +93,9 @@ class OnMesh:
 
     def values(self, X: Floats) -> Floats:
         """At points X (n, 3), m: by the shape functions of the cell that a point lies in, or of the nearest (n,)."""
-        from softmark.solvers.mesh.element_interpolation import locate
+        from softmark.solvers.mesh.element_interpolation import locate_points
 
-        place = locate(self.mesh, X)
+        place = locate_points(self.mesh, X)
         within = np.clip(place.N, 0.0, None) if self.mesh.element.order == 1 else place.N
         N = np.where((place.outside > 0.0)[:, None], within / within.sum(axis=1, keepdims=True), place.N)
         found: Floats = (N * self.numbers[place.nodes]).sum(axis=1)
@@ -138,9 +138,9 @@ class OnMesh:
 
     def outside(self, X: Floats) -> Bools:
         """Which points X (n, 3) lie in no cell (n,)."""
-        from softmark.solvers.mesh.element_interpolation import locate
+        from softmark.solvers.mesh.element_interpolation import locate_points
 
-        found: Bools = locate(self.mesh, X).outside > EDGE * self.mesh.extent
+        found: Bools = locate_points(self.mesh, X).outside > EDGE * self.mesh.extent
         return found
 
 
@@ -204,14 +204,14 @@ def _image(field: Field, file: Path) -> Image:
 
 def _mesh(field: Field, file: Path) -> OnMesh:
     from softmark.solvers.elements import ELEMENTS
-    from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parsed
+    from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parse
     from softmark.solvers.mesh.mesh import Mesh
 
     if field.length is None:
         raise Unreadable(file.name, "a mesh does not say in which unit its lengths are", "give `length = 1 mm`")
     try:
         with limited_resources(file):  # one limit for all attempts at it
-            read = parsed(file)
+            read = parse(file)
     except (UnreadableMesh, TooSlow) as error:
         raise Unreadable(file.name, str(error), getattr(error, "remedy", None) or "write the file again") from None
     known = {element.meshio: name for name, element in reversed(ELEMENTS.items()) if element.family != "plane"}

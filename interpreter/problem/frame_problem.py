@@ -11,7 +11,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.tendon_theory import resists
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
 from softmark.references.straight_cantilever import Disc, Rectangle, Refused, Ring
 from softmark.solvers.mesh.frame_shapes import Network
@@ -39,7 +39,7 @@ def frame_of(case: Case) -> Callable[[], Frame]:
     if isinstance(case.analysis, Dynamic):
         raise Refused("the analysis is dynamic", "the theory is one of rest")
     for load in case.loads:
-        if not isinstance(load.thing.action, PerMass | AtPoint | PerLength | Turning):
+        if not isinstance(load.thing.action, BodyForce | PointLoad | LineForce | MomentLoad):
             raise Refused(f"it knows nothing of the load `{load.name}`", TAKES)
     for support in case.supports:
         if not isinstance(support.thing, Fixed | Displaced | Hinged):
@@ -68,8 +68,8 @@ class _Made:
         found = {0.0, 0.5 * member.length, member.length}  # in its middle, as a member may buckle by itself
         for load in self.case.loads:
             action = load.thing.action
-            places = [action.at] if isinstance(action, AtPoint) else []
-            places += [action.begin, action.end] if isinstance(action, PerLength) else []
+            places = [action.at] if isinstance(action, PointLoad) else []
+            places += [action.begin, action.end] if isinstance(action, LineForce) else []
             found |= {s for s in (self._on(member, p) for p in places) if s is not None}
         if any(True in _within(member, self.network, support) for support in self.case.supports):
             found |= {k / HELD * member.length for k in range(1, HELD)}
@@ -108,7 +108,7 @@ class _Made:
         ends = self._node(member.centre(a)), self._node(member.centre(b))
         lines = [
             load.thing.action for load in self.case.loads
-            if isinstance(load.thing.action, PerLength) and self._covers(member, load.thing.action, 0.5 * (a + b))
+            if isinstance(load.thing.action, LineForce) and self._covers(member, load.thing.action, 0.5 * (a + b))
         ]  # fmt: skip
         along = np.sum([line.force for line in lines], axis=0) if lines else np.zeros(3)
         material = self.case.material
@@ -122,7 +122,7 @@ class _Made:
 
         return FrameMember(ends, b - a, member.frame(0.0), stiffness, load)
 
-    def _covers(self, member: Member, line: PerLength, s: float) -> bool:
+    def _covers(self, member: Member, line: LineForce, s: float) -> bool:
         ends = [self._on(member, p) for p in (line.begin, line.end)]
         known = [e for e in ends if e is not None]
         return len(known) == 2 and min(known) < s < max(known)
@@ -132,9 +132,9 @@ class _Made:
         found = np.zeros((len(self.nodes), 6))
         for load in self.case.loads:
             match load.thing.action:
-                case AtPoint(at=at, force=force):
+                case PointLoad(at=at, force=force):
                     found[self._node(at), :3] += force
-                case Turning(moment=moment) as action:
+                case MomentLoad(moment=moment) as action:
                     found[self._selected(action)[0], 3:] += moment
         return found
 

@@ -40,7 +40,7 @@ def apart(condition: Condition, members: Members) -> Iterator[tuple[Condition, A
     known = np.stack([members(name) for name in condition.groups], axis=1)  # (n, g)
     patterns, which = np.unique(known, axis=0, return_inverse=True)
     for i, pattern in enumerate(patterns.tolist()):
-        yield condition.given_of(dict(zip(condition.groups, pattern, strict=True))), which.ravel() == i
+        yield condition.with_group_membership(dict(zip(condition.groups, pattern, strict=True))), which.ravel() == i
 
 
 def of_cells(mesh: Mesh) -> Members:
@@ -62,12 +62,12 @@ def of_places(case: Case, X: Floats) -> Members:
     """Which points X (n, 3), m, within a body lie in a cell of a group (n,)."""
     if not case.groups:
         return lambda name: np.zeros(len(X), dtype=np.bool_)
-    from softmark.solvers.mesh.element_interpolation import locate
-    from softmark.solvers.mesh.mesh_groups import cells_at
+    from softmark.solvers.mesh.element_interpolation import locate_points
+    from softmark.solvers.mesh.mesh_groups import has_cells
 
     mesh = located(case.shape, case.shaped).named(Tet4.name)
-    nodes = locate(mesh, X).nodes
-    return lambda name: cells_at(mesh, name, nodes)
+    nodes = locate_points(mesh, X).nodes
+    return lambda name: has_cells(mesh, name, nodes)
 
 
 def _found(of: str, mesh: Mesh, name: str) -> Mask:

@@ -65,8 +65,8 @@ def allowed(profile: Profile, value: float) -> bool:
 
 def out_of_range(case: Case, profile: Profile, value: float, place: Any) -> Fault:
     """A Fault of a constant that has no value at a place, or one that it must not have."""
-    where = units.show_all(tuple(float(c) for c in place), units.LENGTH)
-    shown = units.show(value, profile.dimension) if math.isfinite(value) else "not a number"
+    where = units.format_vector(tuple(float(c) for c in place), units.LENGTH)
+    shown = units.format_value(value, profile.dimension) if math.isfinite(value) else "not a number"
     limits = "a number" if profile.limits is None else profile.limits.words(profile.dimension)
     return fault(
         "E327", profile.at, f"`{profile.name}` must be {limits} all over `{case.body.name}`",

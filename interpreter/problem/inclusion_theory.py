@@ -10,7 +10,7 @@ from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.conforming_mesh import cuts_for
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import Follower, Tensile
+from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStress
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.records import dataclass
 from softmark.references.inclusion import Hookean, RoundCore
@@ -159,7 +159,7 @@ def _stress(case: Case, inner: float, outer: float, centre: Vector3) -> Vector3:
     total = [0.0, 0.0, 0.0]
     for load in case.loads:
         action = load.thing.action
-        if not isinstance(action, Tensile | Follower):
+        if not isinstance(action, RemoteStress | PressureLoad):
             raise Refused(f"the load `{load.name}` acts as well", f"it takes {PULLS}")
         if not _on_border(action.where, case, inner, outer, centre):
             raise Refused(f"the load `{load.name}` does not act on all of the outer border alone",
@@ -184,7 +184,7 @@ def _on_border(where: Condition, case: Case, inner: float, outer: float, centre:
 def _along(load: Declared, case: Case) -> Vector3:
     """The uniform stress that a load is the traction of: along x, y and z, Pa. Raises Refused."""
     action = load.thing.action
-    if isinstance(action, Follower):
+    if isinstance(action, PressureLoad):
         p = -action.pressure
         return p, p, 0.0 if case.planar and not case.depth else p
     x, y, z = (action.stress * c**2 for c in action.direction)

@@ -10,7 +10,7 @@ from softmark.references.indentation import Kind
 from softmark.references.straight_cantilever import Refused, Vector
 from softmark.solvers.mesh.revolved_bodies import Cone
 from softmark.solvers.mesh.rigid_shapes import Punch, Tip
-from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
+from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coordinate
 from softmark.solvers.mesh.shapes import Cylinder
 from softmark.solvers.mesh.spheres import Sphere
 
@@ -36,12 +36,12 @@ def indenter(name: str, shape: Any, normal: Vector, planar: str) -> Indenter:
             raise Refused(f"`{name}` is a part of a sphere", "use all of it: a rigid body may reach beyond symmetry")
         if planar == "plane_strain":
             raise Refused(f"in plane strain `{name}` is cut as a cylinder", ALONG)
-        return Indenter("sphere", shape.radius, moved(shape.origin, (-shape.radius, normal)))
+        return Indenter("sphere", shape.radius, add_multiples(shape.origin, (-shape.radius, normal)))
     if isinstance(shape, Cylinder) and planar == "plane_strain":
         if math.hypot(*shape.axis[:2]) > ALIGNED:
             raise Refused(f"the axis of `{name}` is not along z", ALONG)
-        middle = with_coordinate(shape.origin, 2, 0.0)  # of the slice
-        return Indenter("cylinder", shape.radius, moved(middle, (-shape.radius, normal)))
+        middle = replace_coordinate(shape.origin, 2, 0.0)  # of the slice
+        return Indenter("cylinder", shape.radius, add_multiples(middle, (-shape.radius, normal)))
     if isinstance(shape, Cylinder | Cone | Punch | Tip):
         if planar == "plane_strain":
             raise Refused(f"in plane strain `{name}` is cut along its axis", ALONG)
@@ -54,7 +54,7 @@ def _upright(name: str, shape: Any, normal: Vector) -> Indenter:
     if math.hypot(*cross(shape.axis, normal)) > ALIGNED:
         raise Refused(f"the axis of `{name}` is not normal to the face", "turn it so that it is")
     first = dot(shape.axis, normal) > 0.0  # whether the end at `origin` comes first
-    foot = shape.origin if first else moved(shape.origin, (shape.length, shape.axis))
+    foot = shape.origin if first else add_multiples(shape.origin, (shape.length, shape.axis))
     if isinstance(shape, Cylinder):
         return Indenter("punch", shape.radius, foot)
     if isinstance(shape, Punch):

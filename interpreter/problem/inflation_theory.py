@@ -6,7 +6,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.inclusion_theory import ball, even, held, holds
 from softmark.interpreter.problem.rubber_constants import rubber_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import Follower
+from softmark.interpreter.vocabulary.load_words import PressureLoad
 from softmark.references.rubber_inflation import BlownBall
 from softmark.references.straight_cantilever import Refused
 
@@ -21,7 +21,7 @@ def ball_of(case: Case) -> BlownBall:
         raise Refused(f"`{case.body.name}` is not of one material", "use one for all of it")
     inner, outer, centre = ball(case)
     held(case, (0, 1, 2) if not case.planar else (1,), centre, outer)
-    if len(case.loads) != 1 or not isinstance(case.loads[0].thing.action, Follower):
+    if len(case.loads) != 1 or not isinstance(case.loads[0].thing.action, PressureLoad):
         raise Refused("it is not loaded by one pressure", f"it takes {PRESSED}")
     load = case.loads[0]
     action, extent = load.thing.action, case.shape.diagonal

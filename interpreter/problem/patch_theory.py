@@ -14,9 +14,9 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.body_faces import Rectangular, rectangle
 from softmark.interpreter.results.reaction_results import AtRest, Reaction
 from softmark.interpreter.results.reaction_results import Touch as Touched
-from softmark.interpreter.vocabulary.amplitude_words import in_full
+from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import Follower, PerArea, Tensile
+from softmark.interpreter.vocabulary.load_words import PressureLoad, RemoteStress, SurfaceTraction
 from softmark.interpreter.vocabulary.self_contact_words import REACH, Itself
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric
 from softmark.records import dataclass
@@ -24,7 +24,7 @@ from softmark.references.contact_patch_test import Block, Joint, PressedStack, S
 from softmark.references.straight_cantilever import Refused, Vector
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.disjoint_shapes import Apart
-from softmark.solvers.mesh.shape import cross, dot, moved, with_coordinate
+from softmark.solvers.mesh.shape import add_multiples, cross, dot, replace_coordinate
 from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
 
 if TYPE_CHECKING:
@@ -77,8 +77,8 @@ class Piled:
     def faces(self, number: int) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
         """Corners of the two faces of the joint above a block, m."""
         below, above = self.blocks[number], self.blocks[number + 1]
-        return ((with_coordinate(below.low, self.way, below.high[self.way]), below.high),
-                (above.low, with_coordinate(above.high, self.way, above.low[self.way])))  # fmt: skip
+        return ((replace_coordinate(below.low, self.way, below.high[self.way]), below.high),
+                (above.low, replace_coordinate(above.high, self.way, above.low[self.way])))  # fmt: skip
 
     def ends(self, where: Any) -> set[int]:
         """Which ends of the stack a condition selects, whole and nothing else."""
@@ -119,7 +119,7 @@ def _must_meet(stack: Stack) -> None:
         return
     open_ones = sum(not joint.glued for joint in stack.joints)
     if stack.grown >= 0.0 and open_ones > 1:
-        travel, gaps = (units.show(v, units.LENGTH) for v in (stack.gaps - stack.grown, stack.gaps))
+        travel, gaps = (units.format_value(v, units.LENGTH) for v in (stack.gaps - stack.grown, stack.gaps))
         raise Refused(f"its ends come nearer by {travel} and its {open_ones} gaps are {gaps} in all, so that blocks"
                       " between them are free", "move an end by more")  # fmt: skip
     if stack.grown <= -sum(block.length for block in stack.blocks):
@@ -168,7 +168,9 @@ def _sides(piled: Piled, number: int) -> Rectangular:
     block, way = piled.blocks[number], piled.way
     a, b = block.low[way], block.high[way]
     off = WITHIN * (b - a)
-    return replace(block, low=with_coordinate(block.low, way, a + off), high=with_coordinate(block.high, way, b - off))
+    return replace(
+        block, low=replace_coordinate(block.low, way, a + off), high=replace_coordinate(block.high, way, b - off)
+    )
 
 
 def _solid(piled: Piled, number: int) -> Solid:
@@ -196,7 +198,7 @@ def _joint(piled: Piled, number: int) -> Joint:
     gap = max(high.low[piled.way] - low.high[piled.way], 0.0)
     met = _meeting(piled, number)
     if len(met) != 1:
-        between = f"the joint at {'xyz'[piled.way]} = {units.show(low.high[piled.way], units.LENGTH)}"
+        between = f"the joint at {'xyz'[piled.way]} = {units.format_value(low.high[piled.way], units.LENGTH)}"
         count = f"{len(met)} contacts meet" if met else "no contact meets"
         raise Refused(f"{count} {between}", "one `itself(...)` or `tied(...)` for each joint, on all of both faces")
     thing = met[0].thing
@@ -230,7 +232,7 @@ def _held(
     """By how much its ends are moved along the axis, m, and sides that are held: block, way, end. Raises Refused."""
     ends, mirrors = dict[int, float](), set[tuple[int, int, int]]()
     for support in piled.case.named_supports:
-        thing, by = in_full(support.thing), support.thing.imposed
+        thing, by = at_full_size(support.thing), support.thing.imposed
         if not isinstance(thing, Fixed | Displaced | Symmetric):
             raise Refused(f"the support `{support.name}` does not hold one end or one side", ENDS)
         along_it = [c for c in thing.components if c in piled.across]
@@ -276,13 +278,13 @@ def _roots(piled: Piled, joints: tuple[Joint, ...], mirrors: set[tuple[int, int,
     """What of each block stays where it is across: planes of symmetry, those of glued ones too, or its middle, m."""
     found = []
     for i, block in enumerate(piled.blocks):
-        root = with_coordinate(block.middle, 0, 0.0) if block.turns else block.middle
+        root = replace_coordinate(block.middle, 0, 0.0) if block.turns else block.middle
         for c in piled.across:
             held = {end for j, way, end in mirrors if way == c and _one(joints, i, j)}
             if len(held) > 1 and solids[i].poisson:
                 raise Refused(f"it cannot grow along {'xyz'[c]}", SIDES)
             if held and not block.turns:
-                root = with_coordinate(root, c, (block.high if held.pop() else block.low)[c])
+                root = replace_coordinate(root, c, (block.high if held.pop() else block.low)[c])
         found.append(root)
     return tuple(found)
 
@@ -312,24 +314,24 @@ def _loaded(piled: Piled, ends: tuple[float | None, float | None]) -> tuple[bool
     traction, pressure = 0.0, 0.0
     for load in piled.case.loads:
         action = load.thing.action
-        taken = piled.ends(action.where) if isinstance(action, PerArea | Tensile | Follower) else set()
+        taken = piled.ends(action.where) if isinstance(action, SurfaceTraction | RemoteStress | PressureLoad) else set()
         if len(taken) != 1 or ends[end := taken.pop()] is not None:
             raise Refused(f"the load `{load.name}` is none on all of the end that is not held", LOADS)
-        if isinstance(action, Follower):
+        if isinstance(action, PressureLoad):
             pressure += action.pressure
             continue
         n = piled.normal(end)
-        vector = action.traction if isinstance(action, PerArea) else _across(action, n)
+        vector = action.traction if isinstance(action, SurfaceTraction) else _across(action, n)
         along = dot(vector, n)
-        if math.hypot(*moved(vector, (-along, n))) > SAME * math.hypot(*vector):
+        if math.hypot(*add_multiples(vector, (-along, n))) > SAME * math.hypot(*vector):
             raise Refused(f"the load `{load.name}` does not act along the axis", LOADS)
         traction += along
     return bool(piled.case.loads), traction, pressure
 
 
-def _across(action: Tensile, n: Vector) -> Vector:
+def _across(action: RemoteStress, n: Vector) -> Vector:
     """What a tension exerts on a face with that normal, Pa."""
-    return moved(NONE, (action.stress * dot(action.direction, n), action.direction))
+    return add_multiples(NONE, (action.stress * dot(action.direction, n), action.direction))
 
 
 # ------------------------------------------------------------------ what it says
@@ -370,10 +372,13 @@ def at_rest(case: Case, found: PressedStack) -> AtRest:
             continue
         total, moment = NONE, NONE
         for end in holds:
-            force = moved(NONE, (found.pull, piled.normal(end)))
-            total, moment = moved(total, (1.0, force)), moved(moment, (1.0, cross(_end(piled, found, end), force)))
+            force = add_multiples(NONE, (found.pull, piled.normal(end)))
+            total, moment = (
+                add_multiples(total, (1.0, force)),
+                add_multiples(moment, (1.0, cross(_end(piled, found, end), force))),
+            )
         at = _end(piled, found, holds[0]) if holds else piled.whole.middle
-        own = moved(moment, (-1.0, cross(at, total)))
+        own = add_multiples(moment, (-1.0, cross(at, total)))
         reactions[support.name] = Reaction(total, moment, at, own)
     for pair in case.pairs:
         numbers = [i for i in range(len(stack.joints)) if pair in _meeting(piled, i)]
@@ -393,9 +398,9 @@ def _carried(piled: Piled, found: PressedStack, numbers: list[int]) -> Reaction:
         if piled.first not in (number, number + 1):
             continue  # both sides are among the others
         at = _joint_middle(piled, found, number)
-        force = moved(NONE, (found.pull, piled.normal(1 if piled.first == number + 1 else 0)))
-        total, moment = moved(total, (1.0, force)), moved(moment, (1.0, cross(at, force)))
-    return Reaction(total, moment, at, moved(moment, (-1.0, cross(at, total))))
+        force = add_multiples(NONE, (found.pull, piled.normal(1 if piled.first == number + 1 else 0)))
+        total, moment = add_multiples(total, (1.0, force)), add_multiples(moment, (1.0, cross(at, force)))
+    return Reaction(total, moment, at, add_multiples(moment, (-1.0, cross(at, total))))
 
 
 def _end(piled: Piled, found: PressedStack, end: int) -> Vector:
@@ -412,7 +417,7 @@ def _placed(found: PressedStack, at: Vector, number: int) -> Vector:
     if not found.stack.blocks[number].solid.large:
         return at
     x, y, z = found.displacement(np.array([at]))[0].tolist()
-    return moved(at, (1.0, (x, y, z)))
+    return add_multiples(at, (1.0, (x, y, z)))
 
 
 @dataclass(frozen=True)
@@ -434,7 +439,7 @@ class Told(WithoutCells):
     def usual(self) -> tuple[float, float, float]:
         """The norms of stress, Pa, of strain and of the stress deviator, Pa, in the mean square over the body."""
         blocks, way = self.theory.stack.blocks, self.theory.stack.way
-        middles = np.array([with_coordinate(block.root, way, 0.5 * (block.low + block.high)) for block in blocks])
+        middles = np.array([replace_coordinate(block.root, way, 0.5 * (block.low + block.high)) for block in blocks])
         H, sigma = self.theory.fields(middles)
         deviator = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3.0
         share = np.array([block.length for block in blocks])

@@ -19,7 +19,7 @@ def beside_plane(rigid: Declared, body: Declared, low: float, high: float) -> Di
     """
     if not body.thing.planar or low < 0.0 < high:
         return None
-    ends = f"{units.show(low, units.LENGTH)} to {units.show(high, units.LENGTH)}"
+    ends = f"{units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)}"
     problem = f"the plane of `{body.name}`, z = 0, does not go through `{rigid.name}`, which is at z from {ends}"
     remedy = "what presses on a body in the plane is its section at z = 0: let it lie on both sides of that, "
     moved = isinstance(getattr(rigid.thing.shape, "path", None), str)

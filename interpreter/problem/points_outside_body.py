@@ -30,12 +30,12 @@ def kept(probe: Declared, case: Case, X: Floats) -> tuple[NDArray[np.bool_], tup
     if inside.all():
         return inside, ()
     at, count = probe.at("of" if "of" in probe.fields else "mesh"), int((~inside).sum())
-    most, body = units.show(float(far.max()), units.LENGTH), case.body.name
+    most, body = units.format_value(float(far.max()), units.LENGTH), case.body.name
     help_ = "look at the unit, the origin and the axes of the file; points are those of the body before it deforms"
     if not inside.any():
         problem = f"all {count} points of `{probe.name}` lie outside `{body}`, by {most} and less"
         raise fault("E504", at, problem, "not in the body", help_)
-    first = units.show_all(tuple(float(x) for x in X[int(np.argmax(far))]), units.LENGTH)
+    first = units.format_vector(tuple(float(x) for x in X[int(np.argmax(far))]), units.LENGTH)
     problem = f"{count} of {len(X)} points of `{probe.name}` lie outside `{body}`, by up to {most}, and are left out"
     return inside, (diagnostic("W379", at, problem, f"the farthest is at {first}", help_),)
 
@@ -44,12 +44,12 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
     """How far each point X (n, 3) lies outside a body (n,), and the body's diagonal, both in m."""
     shape = case.shape
     if isinstance(shape, MeshFile):
-        from softmark.solvers.mesh.element_interpolation import locate
+        from softmark.solvers.mesh.element_interpolation import locate_points
         from softmark.solvers.mesh.files.mesh_reader import read
 
         known = located(shape, case.shaped)
         mesh = read(known.path, known.unit, known.coincident, pieces=known.pieces)
-        return locate(mesh, X).outside, mesh.extent
+        return locate_points(mesh, X).outside, mesh.extent
     bounds = located(shape, case.shaped).bounds
     assert bounds is not None  # but of a file of cells
     low, high = (np.array(end) for end in bounds)

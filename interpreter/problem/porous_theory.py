@@ -12,9 +12,9 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.body_faces import Rectangular, Round, solid_body
 from softmark.interpreter.problem.relaxation_theory import driven_by
 from softmark.interpreter.results.reaction_results import AtRest, Reaction
-from softmark.interpreter.vocabulary.amplitude_words import in_full
+from softmark.interpreter.vocabulary.amplitude_words import at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
-from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Drained, Holding, Level
 from softmark.records import dataclass
 from softmark.references.confined_compression import Permeability, PressedColumn
@@ -22,7 +22,7 @@ from softmark.references.poroelastic_compression import Squeezed
 from softmark.references.porous_skeletons import WHOLE, Skeleton
 from softmark.references.straight_cantilever import Refused, Vector
 from softmark.references.terzaghi import Column, Drains
-from softmark.solvers.mesh.shape import cross, moved, with_coordinate
+from softmark.solvers.mesh.shape import add_multiples, cross, replace_coordinate
 
 ALIGNED = 1e-9  # of a vector: how far it may lie beside the axis
 DRIVE = "hold one end along the axis and move or press the other: `displaced(...)` or `traction(...)`"
@@ -88,10 +88,10 @@ def _analysed(case: Case) -> Quasistatic:
 def _ends(case: Case, remedy: str) -> Ends:
     """What holds and drives the body along one direction. Raises Refused."""
     body = solid_body(case)
-    drivers = [s for s in case.supports if in_full(s.thing).moves]
+    drivers = [s for s in case.supports if at_full_size(s.thing).moves]
     drivers += [load for load in case.loads if any(_vector(load))]
     for support in case.supports:
-        if not isinstance(in_full(support.thing), Holding):
+        if not isinstance(at_full_size(support.thing), Holding):
             raise Refused(f"the support `{support.name}` holds it otherwise", remedy)
     if len(drivers) != 1:
         raise Refused("it is not driven by one thing alone", remedy)
@@ -111,7 +111,7 @@ def _ends(case: Case, remedy: str) -> Ends:
 def _found(case: Case, body: Body, way: int, driving: Declared, vector: Vector, remedy: str) -> Ends:
     """The ends across a direction. Raises Refused."""
     force = driving.kind == "load"
-    where = in_full(driving.thing).action.where if force else in_full(driving.thing).where
+    where = at_full_size(driving.thing).action.where if force else at_full_size(driving.thing).where
     ends = Ends(body, way, 0, driving, force, 0.0)  # of which one is held and by how much is found below
     driven = ends.taken(where)
     if len(driven) != 1:
@@ -133,11 +133,11 @@ def _found(case: Case, body: Body, way: int, driving: Declared, vector: Vector, 
 
 def _vector(declared: Declared) -> Vector:
     """What a support or a load does: displacement, m, of what it moves, or traction, Pa. Raises Refused."""
-    thing = in_full(declared.thing)
+    thing = at_full_size(declared.thing)
     if declared.kind == "support":
         shift: Vector = thing.imposed
         return shift
-    if not isinstance(thing.action, PerArea):
+    if not isinstance(thing.action, SurfaceTraction):
         raise Refused(f"the load `{declared.name}` is no traction", DRIVE)
     return thing.action.traction
 
@@ -148,7 +148,7 @@ def _sides_held(case: Case, ends: Ends) -> bool:
     across = [c for c in range(3) if c != ends.way]
     if isinstance(body, Round):
         return any(
-            set(across) <= set(s.thing.components) and body.around(s.thing.where) and not in_full(s.thing).moves
+            set(across) <= set(s.thing.components) and body.around(s.thing.where) and not at_full_size(s.thing).moves
             for s in case.supports
         )
     return all(_side_held(case, body, c) == {0, 1} for c in across)
@@ -160,7 +160,7 @@ def _side_held(case: Case, body: Rectangular, across: int) -> set[int]:
         return {0, 1}
     found = {0} if body.turns and body.low[0] == 0.0 and across == 0 else set()
     for support in case.named_supports:
-        if across in support.thing.components and not in_full(support.thing).moves:
+        if across in support.thing.components and not at_full_size(support.thing).moves:
             if body.everywhere(support.thing.where):
                 return {0, 1}
             found |= body.taken(support.thing.where, across)
@@ -212,7 +212,7 @@ def _moduli(case: Case) -> tuple[float, float]:
 def column_of(case: Case) -> Column:
     """The column of a case, at its time, in small strain. Raises Refused where an assumption is broken."""
     analysis, ends, drains = _column(case)
-    driven = driven_by(in_full(ends.driving.thing).course, analysis.duration)
+    driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
     amount = ends.amount * ends.area if ends.force else ends.amount
     return Column(ends.length, ends.area, ends.root, ends.axis, drains, _moduli(case)[1], case.material.permeability,
                   ends.force, amount, driven, analysis.now)  # fmt: skip
@@ -222,7 +222,7 @@ def pressed_column_of(case: Case) -> PressedColumn:
     """The same in finite strain. Raises Refused."""
     analysis, ends, drains = _column(case)
     material = case.material
-    driven = driven_by(in_full(ends.driving.thing).course, analysis.duration)
+    driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
     k = Permeability(material.permeability, material.exponent, material.stiffening, material.solid)
     times = tuple(float(t) for t in analysis.moments if 0.0 < t < analysis.now)
     return PressedColumn(ends.length, ends.area, ends.root, ends.axis, drains, skeleton_of(case), k, ends.force,
@@ -251,7 +251,7 @@ def squeezed_of(reference: Declared, case: Case) -> Squeezed:
         raise Refused(f"the load `{ends.driving.name}` does not keep its plate level", PLATES)
     _free(case)
     dimension, half, root, across = _disc(case, ends) if reference.thing.about == "disc" else _slab(case, ends)
-    driven = driven_by(in_full(ends.driving.thing).course, analysis.duration)
+    driven = driven_by(at_full_size(ends.driving.thing).course, analysis.duration)
     shear, modulus = _moduli(case)
     amount = ends.amount * ends.area if ends.force else ends.amount
     return Squeezed(dimension, half, ends.length, ends.area, root, ends.axis, across, shear, modulus,
@@ -275,8 +275,8 @@ def _slab(case: Case, ends: Ends) -> tuple[int, float, Vector, Vector]:
     if len(held) != 1 or open_[way] != {0, 1} - held:
         raise Refused(f"across {'xyz'[way]} not one side is held as a plane of symmetry, and the other free and open",
                       "model one half: hold its middle plane, sealed, and open the other side")  # fmt: skip
-    root = with_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
-    return 1, body.size(way), root, with_coordinate((0.0, 0.0, 0.0), way, 1.0)
+    root = replace_coordinate(ends.root, way, (body.low, body.high)[held.pop()][way])
+    return 1, body.size(way), root, replace_coordinate((0.0, 0.0, 0.0), way, 1.0)
 
 
 def _open(case: Case, body: Rectangular, axis: int) -> set[int]:
@@ -340,7 +340,7 @@ def at_rest(case: Case, theory: Any) -> AtRest:
             found[support.name] = Reaction(unknown, unknown, theory.root, unknown)
             continue
         sign, far = (-1.0, 0.0) if own == {ends.held} else (1.0, ends.length)
-        force, at = moved(none, (sign * theory.pull, ends.axis)), moved(theory.root, (far, ends.axis))
+        force, at = add_multiples(none, (sign * theory.pull, ends.axis)), add_multiples(theory.root, (far, ends.axis))
         found[support.name] = Reaction(force, cross(at, force), at, none)
     nothing = Reaction(none, none, theory.root, none)  # of what holds no point
     found |= {own.name: nothing for own in (*case.beds, *case.drains)}

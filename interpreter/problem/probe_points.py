@@ -27,9 +27,9 @@ from softmark.records import dataclass
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
 from softmark.solvers.mesh import shape as geometry
-from softmark.solvers.mesh.shape_surfaces import skin_of
+from softmark.solvers.mesh.shape_surfaces import triangulate_swept
 from softmark.solvers.mesh.shapes import MeshFile
-from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.group_conditions import Members
@@ -112,7 +112,7 @@ def _size(shape: geometry.Shape) -> float:
 def _inner(shape: geometry.Shape) -> float:
     """An edge length of tetrahedra throughout a shape, six in a cube of it, that are no more than MANY."""
     size = COARSER * _size(shape)
-    volume = shape.closed(size).volume if isinstance(shape, Enclosed) else shape.volume
+    volume = shape.closed(size).volume if isinstance(shape, SurfaceBody) else shape.volume
     return size if volume is None else max(size, (6.0 * volume / MANY) ** (1 / 3))
 
 
@@ -302,7 +302,7 @@ def drawn(case: Case) -> ProbePoints:
 def pictured(shape: geometry.Shape) -> tuple[Floats, Ints]:
     """Points (n, 3), m, and triangles (t, 3) of the surface of a shape, for pictures."""
     if isinstance(shape, geometry.Swept):
-        return skin_of(shape)
+        return triangulate_swept(shape)
     size = _size(shape)
     X, triangles = shape.surface(size)
     if len(X) > DRAWN and not shape.prebuilt:
@@ -333,7 +333,7 @@ def surface_points(case: Case, place: ProbePoints, where: Condition) -> Floats:
 def scanned(case: Case) -> ProbePoints:
     """A surface of the body fine enough to be put through a scanner."""
     shape = located(case.shape, case.shaped)
-    return ProbePoints(*skin_of(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
+    return ProbePoints(*triangulate_swept(shape, *SCANNED)) if isinstance(shape, geometry.Swept) else drawn(case)
 
 
 def held_face(case: Case) -> tuple[Floats, Ints] | None:

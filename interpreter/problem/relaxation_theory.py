@@ -11,14 +11,14 @@ from softmark.interpreter.problem.axial_selection import end_of, seen_from
 from softmark.interpreter.problem.bar_theory import ALIGNED
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.reaction_results import AtRest, Reaction
-from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, in_full
+from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, at_full_size
 from softmark.interpreter.vocabulary.analysis_words import Quasistatic
-from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Holding
 from softmark.references.prony import Driven, RelaxingBar, Swing
 from softmark.references.straight_cantilever import Refused
 from softmark.solvers.materials.viscoelastic import Viscous
-from softmark.solvers.mesh.shape import Prism, cross, dot, moved, with_coordinate
+from softmark.solvers.mesh.shape import Prism, add_multiples, cross, dot, replace_coordinate
 
 REMEDY = "hold one end face along the axis and move or pull the other: `displaced(...)` or `traction(...)`"
 
@@ -44,7 +44,7 @@ def bar_of(case: Case) -> RelaxingBar:
     sign = dot(amount, axis)
     if math.hypot(*cross(amount, axis)) > ALIGNED * math.hypot(*amount):
         raise Refused(f"`{driving.name}` does not act along the axis", REMEDY)
-    course = in_full(driving.thing).course
+    course = at_full_size(driving.thing).course
     area = shape.section.area
     return RelaxingBar(shape.length, area, root, axis, _still(case, root), material.young, material.poisson, g, tau,
                        force, sign * (area if force else 1.0), driven_by(course, now), now)  # fmt: skip
@@ -55,7 +55,7 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
     shape = case.prism
     ends: dict[int, Declared] = {}
     for support in case.supports:
-        thing = in_full(support.thing)
+        thing = at_full_size(support.thing)
         along = [abs(shape.axis[c]) > ALIGNED for c in thing.components]
         if not isinstance(thing, Holding):
             raise Refused(f"the support `{support.name}` holds it otherwise", REMEDY)
@@ -68,15 +68,15 @@ def _ends(case: Case) -> tuple[int, Declared, Any]:
         if (end := end_of(thing.where, shape)) is None or end in ends:
             raise Refused(f"the support `{support.name}` does not take one end face whole and alone", REMEDY)
         ends[end] = support
-    held = [end for end, support in ends.items() if not in_full(support.thing).moves]
-    movers = [support for support in ends.values() if in_full(support.thing).moves]
+    held = [end for end, support in ends.items() if not at_full_size(support.thing).moves]
+    movers = [support for support in ends.values() if at_full_size(support.thing).moves]
     if len(held) != 1 or len(movers) + len(case.loads) != 1:
         raise Refused("not one end is held and the other moved or pulled by one thing", REMEDY)
     if movers:
-        return held[0], movers[0], in_full(movers[0].thing).displacement
+        return held[0], movers[0], at_full_size(movers[0].thing).displacement
     load = case.loads[0]
-    action = in_full(load.thing).action
-    if not isinstance(action, PerArea) or end_of(action.where, shape) != 1 - held[0]:
+    action = at_full_size(load.thing).action
+    if not isinstance(action, SurfaceTraction) or end_of(action.where, shape) != 1 - held[0]:
         raise Refused(f"the load `{load.name}` is no traction on the whole of the free end", REMEDY)
     return held[0], load, action.traction
 
@@ -90,7 +90,7 @@ def _still(case: Case, root: Any) -> Any:
             if abs(case.prism.axis[c]) > ALIGNED:
                 continue
             x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
-            sides = [with_coordinate((x, y, z), c, value) for value in (low[c], root[c], high[c])]
+            sides = [replace_coordinate((x, y, z), c, value) for value in (low[c], root[c], high[c])]
             holds = [bool(support.thing.where.holds(*p, case.shape.diagonal)) for p in sides]
             if sum(holds) == 1:
                 found[c] = sides[holds.index(True)][c]
@@ -130,8 +130,8 @@ def at_rest(case: Case, bar: RelaxingBar) -> AtRest:
         end = end_of(support.thing.where, case.prism)
         along = any(abs(case.prism.axis[c]) > ALIGNED for c in support.thing.components)
         size = 0.0 if not along else bar.pull if end != held else -bar.pull
-        at = moved(bar.root, (0.0 if end == held else bar.length, bar.axis))
-        force = moved(none, (size, bar.axis))
+        at = add_multiples(bar.root, (0.0 if end == held else bar.length, bar.axis))
+        force = add_multiples(none, (size, bar.axis))
         found[support.name] = Reaction(force, cross(at, force), at, none)
     work = {} if driving.kind != "load" else {driving.name: None}
     return AtRest(found, work, bar.stored, dissipated=bar.dissipated)

@@ -11,7 +11,7 @@ from typing import Any
 from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.solvers.materials.heterogeneous import with_constants
 from softmark.solvers.materials.isotropic_material import constants
-from softmark.solvers.mesh.boolean_shapes import stamp
+from softmark.solvers.mesh.boolean_shapes import file_stamp
 
 ALONG = 9  # places along each axis of a body's box, of which those within it are looked at before anything is built
 ORDINARY = 0.3  # Poisson's ratio
@@ -59,7 +59,7 @@ def looked(profile: Profile, shape: Any) -> Iterator[tuple[tuple[float, ...], fl
     """Places of a body, and the constant there; none where only a file tells."""
     if shape.bounds is None or profile.fields:
         return
-    yield from _values(profile, shape, stamp(shape))
+    yield from _values(profile, shape, file_stamp(shape))
 
 
 # Each constant is asked for by several checks, and again when a scene is edited elsewhere.

@@ -13,7 +13,7 @@ from softmark.interpreter.problem.probe_points import pictured
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 from softmark.solvers.mesh.shape import Swept, transverse
-from softmark.solvers.mesh.shape_surfaces import skin_of
+from softmark.solvers.mesh.shape_surfaces import triangulate_swept
 from softmark.solvers.mesh.shapes import Box
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def surface_in_space(shape: Shape, position: Floats) -> tuple[Floats, Ints]:
     """Of a rigid body where it is declared, beside a body at points (n, 3), m."""
     if isinstance(shape, HalfSpace):
         return _plate(shape, position)
-    return skin_of(shape, *ROUND) if isinstance(shape, Swept) else pictured(shape)
+    return triangulate_swept(shape, *ROUND) if isinstance(shape, Swept) else pictured(shape)
 
 
 def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
@@ -43,7 +43,7 @@ def _plate(shape: HalfSpace, position: Floats) -> tuple[Floats, Ints]:
     size = float(np.linalg.norm(high - low))
     wide, deep = (float(np.abs(row) @ (high - low)) + WIDER * size for row in frame[:2])
     thick = THICK * size
-    X, triangles = skin_of(Box((wide, deep, thick), (-0.5 * wide, -0.5 * deep, -thick)), 4, 1)
+    X, triangles = triangulate_swept(Box((wide, deep, thick), (-0.5 * wide, -0.5 * deep, -thick)), 4, 1)
     return X @ frame + middle, triangles
 
 

@@ -8,11 +8,11 @@ from typing import Any
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.body_faces import Rectangular
 from softmark.interpreter.problem.contact_theory import FAR, SAME, Face, face_of, far_held, travel
-from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.references.signorini import StoppedBar
 from softmark.references.straight_cantilever import Refused, Vector
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
-from softmark.solvers.mesh.shape import dot, moved, with_coordinate
+from softmark.solvers.mesh.shape import add_multiples, dot, replace_coordinate
 
 PLANE = "use `half_space(...)` with its normal toward the bar, or a box that covers its end"
 LOADS = "at most one `traction(...)` along the bar, on all of the end that meets the plane"
@@ -43,7 +43,7 @@ def _height(name: str, shape: Any, face: Face) -> float:
     """How far a flat rigid body is above a face, m. Raises Refused."""
     n = face.normal
     if isinstance(shape, HalfSpace):
-        return float(dot(moved(shape.origin, (-1.0, face.middle)), n))
+        return float(dot(add_multiples(shape.origin, (-1.0, face.middle)), n))
     from softmark.solvers.mesh.shapes import Box
 
     if not isinstance(shape, Box):
@@ -66,20 +66,20 @@ def _load(case: Case, face: Face) -> float:
         return 0.0
     load = case.loads[0]
     action = load.thing.action
-    if len(case.loads) > 1 or not isinstance(action, PerArea) or face.taken(action.where) != {face.end}:
+    if len(case.loads) > 1 or not isinstance(action, SurfaceTraction) or face.taken(action.where) != {face.end}:
         raise Refused(f"the load `{load.name}` is none on the end that meets the plane", LOADS)
     along = float(dot(action.traction, face.normal))
-    if math.hypot(*moved(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):
+    if math.hypot(*add_multiples(action.traction, (-along, face.normal))) > SAME * math.hypot(*action.traction):
         raise Refused(f"the load `{load.name}` does not act along the bar", LOADS)
     return along * face.area
 
 
 def _root(face: Face, mirrors: set[tuple[int, int]]) -> Vector:
     """What stays where it is: the middle of the far face, or in its planes of symmetry, m. Raises Refused."""
-    found = moved(face.middle, (-face.thickness, face.normal))
+    found = add_multiples(face.middle, (-face.thickness, face.normal))
     for way, end in mirrors:
         assert isinstance(face.body, Rectangular)
         if (way, 1 - end) in mirrors:
             raise Refused(f"it cannot grow along {'xyz'[way]}", f"leave one side free; {FAR}")
-        found = with_coordinate(found, way, (face.body.high if end else face.body.low)[way])
+        found = replace_coordinate(found, way, (face.body.high if end else face.body.low)[way])
     return found

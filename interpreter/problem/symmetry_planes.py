@@ -10,7 +10,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Tensile
+from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, PointLoad, RemoteStress
 from softmark.interpreter.vocabulary.support_words import Displaced, Symmetric, Turned
 from softmark.solvers.mesh.rigid_shapes import HalfSpace
 
@@ -41,7 +41,7 @@ def plane_fault(support: Declared, body: str, bounds: Bounds | None) -> Diagnost
         return None  # what selects nothing of the body is said elsewhere
     return diagnostic("E582", at,
                       f"`{body}` lies on both sides of the plane of symmetry `{support.name}`",
-                      f"it goes from {units.show(low, units.LENGTH)} to {units.show(high, units.LENGTH)} here",
+                      f"it goes from {units.format_value(low, units.LENGTH)} to {units.format_value(high, units.LENGTH)} here",
                       "model the half on one side of it, as in `sphere(radius = 10 mm, part = half)`")  # fmt: skip
 
 
@@ -51,12 +51,12 @@ def pull_fault(support: Declared, load: Declared) -> Diagnostic | None:
     Gravity across it, and tension neither across it nor along it.
     """
     normal, action = support.thing.normal, load.thing.action
-    if normal is not None and isinstance(action, Tensile) and 0.0 < abs(action.direction[normal[0]]) < 1.0:
+    if normal is not None and isinstance(action, RemoteStress) and 0.0 < abs(action.direction[normal[0]]) < 1.0:
         return diagnostic("E582", load.at("direction"),
                           f"`{load.name}` pulls askew to the plane of symmetry `{support.name}`",
                           "the mirror image is pulled another way",
                           "along the plane or across it there is symmetry: `direction = +x`")  # fmt: skip
-    if normal is None or not isinstance(action, PerMass) or not action.acceleration[normal[0]]:
+    if normal is None or not isinstance(action, BodyForce) or not action.acceleration[normal[0]]:
         return None
     way = "xyz"[normal[0]]
     return diagnostic("E582", load.at(), f"`{load.name}` pulls across the plane of symmetry `{support.name}`",
@@ -114,10 +114,10 @@ def start_fault(support: Declared, analysis: Declared) -> Diagnostic | None:
 def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Diagnostic | None:
     """What is to be said of a force at a point of a plane of symmetry: across it there is none, along it a half."""
     normal, action = support.thing.normal, load.thing.action
-    if normal is None or bounds is None or not isinstance(action, AtPoint | PerLength):
+    if normal is None or bounds is None or not isinstance(action, PointLoad | LineForce):
         return None
     axis, place = normal
-    points = (action.at,) if isinstance(action, AtPoint) else (action.begin, action.end)
+    points = (action.at,) if isinstance(action, PointLoad) else (action.begin, action.end)
     if any(abs(at[axis] - place) > IN_PLANE * max(b - a for a, b in zip(*bounds, strict=True)) for at in points):
         return None
     if action.force[axis]:
@@ -125,7 +125,7 @@ def point_doubt(support: Declared, load: Declared, bounds: Bounds | None) -> Dia
                           f"`{load.name}` pulls across the plane of symmetry `{support.name}` that it acts in",
                           f"along {'xyz'[axis]}; the mirror image is pulled the other way",
                           "in a plane of symmetry forces lie in the plane")  # fmt: skip
-    return diagnostic("W335", load.at("at" if isinstance(action, AtPoint) else "from"),
+    return diagnostic("W335", load.at("at" if isinstance(action, PointLoad) else "from"),
                       f"`{load.name}` acts in the plane of symmetry `{support.name}`, which the mirror image shares",
                       "half of it is the other half's",
                       "give half of the force that acts on the whole body, if it is not that already")  # fmt: skip
@@ -201,8 +201,8 @@ def must_lie_in_plane(case: Case, support: Declared, mesh: Mesh, nodes: Ints) ->
         X = points[:, axis] if both else X[:, axis]
         raise Fault(diagnostic("E582", support.at("where"),
                                f"`{case.body.name}` does not end at the plane of symmetry `{support.name}`",
-                               f"from {units.show(float(X.min()), units.LENGTH)} to "
-                               f"{units.show(float(X.max()), units.LENGTH)}",
+                               f"from {units.format_value(float(X.min()), units.LENGTH)} to "
+                               f"{units.format_value(float(X.max()), units.LENGTH)}",
                                "the body must end at the plane, and lie on one side of it"))  # fmt: skip
     held = np.zeros(len(points), dtype=np.bool_)
     held[nodes] = True

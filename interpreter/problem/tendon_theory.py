@@ -8,10 +8,10 @@ from typing import Any
 from softmark.interpreter.problem.beam_theory import clamped_end
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerMass, Routed
+from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad, TendonLoad
 from softmark.references.straight_cantilever import Disc, Rectangle, Refused, Ring
 from softmark.references.tendon_driven_rod import DrivenRod, Route
-from softmark.solvers.mesh.shape import Vector3, cross, moved
+from softmark.solvers.mesh.shape import Vector3, add_multiples, cross
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.tubes import Tube
 
@@ -29,18 +29,18 @@ def driven_rod_of(case: Case) -> DrivenRod:
         raise Refused("the analysis is dynamic", "the theory is solved for rest")
     root, axis = clamped_end(case)
     frame = _frame(axis)
-    tip = moved(root, (shape.length, axis))
+    tip = add_multiples(root, (shape.length, axis))
     force, routes = [0.0, 0.0, 0.0], []
     for load in case.loads:
         match load.thing.action:
-            case PerMass():
+            case BodyForce():
                 pass
-            case AtPoint(at=at, force=pull) if math.dist(at, tip) <= NEAR * shape.length:
+            case PointLoad(at=at, force=pull) if math.dist(at, tip) <= NEAR * shape.length:
                 force = [a + b for a, b in zip(force, pull, strict=True)]
-            case Routed(guides=int()):
+            case TendonLoad(guides=int()):
                 raise Refused(f"the tendon `{load.name}` is straight between its guides",
                               "the theory knows guides all along: leave `guides` out")  # fmt: skip
-            case Routed() as tendon:
+            case TendonLoad() as tendon:
                 routes.append(_route(tendon, root, frame))
             case _:
                 raise Refused(f"it knows nothing of the load `{load.name}`",
@@ -48,7 +48,7 @@ def driven_rod_of(case: Case) -> DrivenRod:
     if not routes:
         raise Refused("no tendon drives the beam", "declare one: `load pull = tendon(...)`")
     line = case.material.density * _first(shape, frame).area
-    weight = moved((0.0, 0.0, 0.0), (line, case.gravity))
+    weight = add_multiples((0.0, 0.0, 0.0), (line, case.gravity))
     stiffness = _stiffness(case, frame)
     return DrivenRod(shape.length, stiffness, root, frame, weight, (force[0], force[1], force[2]), tuple(routes))
 
@@ -65,7 +65,7 @@ def _frame(axis: Vector3) -> tuple[Vector3, Vector3, Vector3]:
     return axis, (x, y, z), cross(axis, (x, y, z))
 
 
-def _route(tendon: Routed, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> Route:
+def _route(tendon: TendonLoad, root: Vector3, frame: tuple[Vector3, Vector3, Vector3]) -> Route:
     """A tendon in coordinates of the rod, from its end that is nearer to the clamp."""
     ends = []
     for point in (tendon.begin, tendon.end):

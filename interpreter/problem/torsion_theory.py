@@ -12,7 +12,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.support_words import Fixed, Turned
 from softmark.references.rubber_torsion import TwistedCylinder
 from softmark.references.straight_cantilever import Refused
-from softmark.solvers.mesh.shape import cross, moved
+from softmark.solvers.mesh.shape import add_multiples, cross
 from softmark.solvers.mesh.shapes import Cylinder
 
 ALIGNED = 1e-9  # of a direction, and of the radius: how far the turn may lie beside the axis
@@ -33,7 +33,7 @@ def cylinder_of(case: Case) -> TwistedCylinder:
         raise Refused(f"the load `{load.name}` acts as well", "leave loads out")
     held, turned = _ends(case)
     root, axis = seen_from(shape, held)
-    away = moved(turned.through, (-1.0, root))
+    away = add_multiples(turned.through, (-1.0, root))
     if math.hypot(*cross(turned.axis, axis)) > ALIGNED or math.hypot(*cross(away, axis)) > ALIGNED * shape.radius:
         raise Refused("it is not turned about its own axis", "the axis and `through` are those of the cylinder")
     angle = sum(a * b for a, b in zip(turned.rotation, axis, strict=True))
@@ -63,9 +63,9 @@ def at_rest(case: Case, cylinder: TwistedCylinder) -> AtRest:
     found, none = {}, (0.0, 0.0, 0.0)
     for support in case.supports:
         turned = isinstance(support.thing, Turned)
-        at = moved(cylinder.root, (cylinder.length if turned else 0.0, cylinder.axis))
+        at = add_multiples(cylinder.root, (cylinder.length if turned else 0.0, cylinder.axis))
         sign = 1.0 if turned else -1.0
-        force = moved(none, (-sign * cylinder.thrust, cylinder.axis))
-        moment = moved(none, (sign * cylinder.torque, cylinder.axis))
-        found[support.name] = Reaction(force, moved(moment, (1.0, cross(at, force))), at, moment)
+        force = add_multiples(none, (-sign * cylinder.thrust, cylinder.axis))
+        moment = add_multiples(none, (sign * cylinder.torque, cylinder.axis))
+        found[support.name] = Reaction(force, add_multiples(moment, (1.0, cross(at, force))), at, moment)
     return AtRest(found, {}, cylinder.energy)

@@ -15,10 +15,18 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.language.scene_states import acting
+from softmark.interpreter.language.scene_states import find_time_dependent
 from softmark.interpreter.problem.amplitude_tables import table_fault
 from softmark.interpreter.problem.body_case import porous
-from softmark.interpreter.vocabulary.amplitude_words import Pulse, Ramp, Sine, Smooth, Table, in_full, off_the_steps
+from softmark.interpreter.vocabulary.amplitude_words import (
+    Pulse,
+    Ramp,
+    Sine,
+    Smooth,
+    Table,
+    at_full_size,
+    deviations_between_steps,
+)
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 
 if TYPE_CHECKING:
@@ -39,7 +47,7 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
         yield from _remembered(scene, analysis)
     if not isinstance(analysis, Dynamic):
         return
-    for declared in acting(scene):
+    for declared in find_time_dependent(scene):
         course = declared.thing.course
         if course is None:
             continue
@@ -62,8 +70,8 @@ def _remembered(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
     """Without inertia, where steps end at every break of a course: swings that bodies would remember otherwise."""
     materials = [m.thing for m in scene.of_kind("material").values()]
     remembers = any(getattr(thing, "branches", ()) or porous(thing) for thing in materials)
-    for declared in acting(scene):
-        course = in_full(declared.thing).course
+    for declared in find_time_dependent(scene):
+        course = at_full_size(declared.thing).course
         if isinstance(course, Sine) and remembers:
             yield from _swinging(declared, course, analysis.step)
         elif isinstance(course, Table):
@@ -114,7 +122,7 @@ def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Di
 
 
 def _misnamed(declared: Declared, course: Table) -> Iterator[Diagnostic]:
-    if units.misnamed(course.at_, course.time_unit, units.TIME):
+    if units.has_conflicting_unit(course.at_, course.time_unit, units.TIME):
         yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
                          f"{_time(course.time_unit)} here",
                          "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
@@ -122,7 +130,7 @@ def _misnamed(declared: Declared, course: Table) -> Iterator[Diagnostic]:
 
 def _left_out(course: Table, step: float, duration: float) -> float:
     """The largest distance of a table from straight lines between the ends of steps, relative to its largest value."""
-    return max((off for _, off in off_the_steps(course.rows, step, duration)), default=0.0)
+    return max((off for _, off in deviations_between_steps(course.rows, step, duration)), default=0.0)
 
 
 def _swinging(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:
@@ -183,4 +191,4 @@ def _round(step: float) -> float:
 
 
 def _time(t: float) -> str:
-    return units.show(float(f"{t:.4g}"), units.TIME)
+    return units.format_value(float(f"{t:.4g}"), units.TIME)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.compiled_scene import Declared, Scene, rigid
+from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rigid
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import at_rest_pressed
@@ -23,7 +23,7 @@ from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
 from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, Tip
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
-from softmark.solvers.mesh.spheres import Round, Sphere, SphericalShell
+from softmark.solvers.mesh.spheres import RoundBody, Sphere, SphericalShell
 from softmark.solvers.mesh.surface_bodies import Filled
 from softmark.solvers.mesh.tubes import Tube
 
@@ -56,7 +56,9 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             yield from _deforming(scene, contact)
     yield from _twice(contacts)
     named = {c.thing.rigid for c in between}
-    sure = bool(named) and all(rigid(scene.declared[name]) for name in named)  # else it may be the other that is meant
+    sure = bool(named) and all(
+        is_rigid(scene.declared[name]) for name in named
+    )  # else it may be the other that is meant
     for body in scene.of_kind("rigid").values():
         if sure and body.name not in named and scene.acting("support", body.name):
             yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
@@ -69,7 +71,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 def _deforming(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """That what touches itself, or is glued, deforms."""
     body, kind = scene.declared[contact.thing.body], contact.constructor.name
-    if rigid(body):
+    if is_rigid(body):
         yield diagnostic("E652", contact.at("body"), f"`{body.name}` is rigid, and `{kind}(...)` is about a body that "
                          "deforms", "a rigid body", "name the body that deforms; what presses on it is `between("
                          f"{body.name}, BODY)`")  # fmt: skip
@@ -96,9 +98,9 @@ def _what(thing: Any) -> tuple[Any, ...]:
 def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """That it has one rigid body and one that deforms, and that there is a distance between them."""
     first, second = (scene.declared[name] for name in (contact.thing.rigid, contact.thing.body))
-    if not rigid(first):
+    if not is_rigid(first):
         label = "itself, where a rigid one is due" if first is second else "not rigid"
-        if rigid(second):
+        if is_rigid(second):
             help = f"the rigid body comes first: `between({second.name}, {first.name})`"
         elif first is second:
             help = f"touch a rigid body: `body plate = rigid(...)`, or keep it clear of itself: `itself({first.name})`"
@@ -107,7 +109,7 @@ def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
                     " two that deform are one body, `solid(apart(...), ...)`, with `itself(...)`")  # fmt: skip
         yield diagnostic("E652", contact.at("rigid"), f"`{first.name}` deforms, and `between(...)` takes a rigid body "
                          "first", label, help)  # fmt: skip
-    elif rigid(second):
+    elif is_rigid(second):
         problem = "`between(...)` takes a body that deforms second"
         what = "a rigid body and itself" if first is second else "two rigid bodies"
         yield diagnostic("E652", contact.at("body"), f"`{second.name}` is rigid, and {problem}", what,
@@ -127,7 +129,7 @@ def _mirrored(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
     """That the rigid body has a gap function, that fits the plane, and that it is not inside the other."""
     shape = first.thing.shape
-    if not isinstance(shape, DISTANT) or (isinstance(shape, Round) and shape.kept):
+    if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
         yield diagnostic("E653", first.at("shape"), f"how far points are from `{first.name}` is not known of its shape",
                          "not a shape of rigid bodies", "take a `half_space`, a whole `sphere`, `box`, `rounded_box`, "
                          "`cylinder`, `tube`, `cone`, `punch`, `tip`, `extruded` or `filled(...)`")  # fmt: skip
@@ -139,7 +141,7 @@ def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -
     off = (x * x + z * z) ** 0.5
     if second.thing.planar == "axisymmetric" and off > ON_AXIS * shape.diagonal:
         yield diagnostic("E654", first.at("shape"), f"`{first.name}` does not turn about the y axis, as `{second.name}`"
-                         f" does: its middle is {units.show(off, units.LENGTH)} from it", "beside the axis",
+                         f" does: its middle is {units.format_value(off, units.LENGTH)} from it", "beside the axis",
                          "put it on the y axis, or press a `solid`")  # fmt: skip
     elif missed := beside_plane(first, second, low[2], high[2]):
         yield missed

@@ -9,7 +9,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.curve_metrics import CurveMetric
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.hysteresis import Hysteresis
 from softmark.interpreter.validation.file_and_selection_checks import cheap
@@ -28,7 +28,7 @@ def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
         yield from told or _named(reference)
     for metric in scene.of_kind("metric").values():
         blamed = any(d.severity == "error" and metric.contains(d) for d in found)
-        if isinstance(metric.thing, OfCurves) and not blamed:
+        if isinstance(metric.thing, CurveMetric) and not blamed:
             yield from _compared(scene, metric)
 
 
@@ -52,10 +52,10 @@ def _stated(reference: Declared) -> Iterator[Diagnostic]:
         given, due = reference.value(field), reference.value(f"{of}_unit").dimension
         allowed = (due, units.NONE) if field == "uncertainty" else (due,)
         if given is not None and given.dimension not in allowed:
-            found, more = units.named(given.dimension), ", or a share in %" if field == "uncertainty" else ""
-            yield diagnostic("E204", reference.at(field), f"expected {units.named(due)}, found {found}", found,
-                             f"column {of} is {units.named(due)}: give `{field}` in"
-                             f" {units.usual(due)}{more}")  # fmt: skip
+            found, more = units.dimension_name(given.dimension), ", or a share in %" if field == "uncertainty" else ""
+            yield diagnostic("E204", reference.at(field), f"expected {units.dimension_name(due)}, found {found}", found,
+                             f"column {of} is {units.dimension_name(due)}: give `{field}` in"
+                             f" {units.usual_units(due)}{more}")  # fmt: skip
 
 
 def _band(reference: Declared) -> Diagnostic | None:
@@ -87,10 +87,10 @@ def _named(reference: Declared) -> Iterator[Diagnostic]:
     thing: CurveFromFile = reference.thing
     for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
         for name in names:
-            if not units.misnamed(name, unit.value, unit.dimension):
+            if not units.has_conflicting_unit(name, unit.value, unit.dimension):
                 continue
             yield diagnostic("W334", reference.at(field), f"the column `{name}` names another unit",
-                             f"{units.show(unit.value, unit.dimension)} here",
+                             f"{units.format_value(unit.value, unit.dimension)} here",
                              "one of the two is wrong, unless the column has the wrong name")  # fmt: skip
             break
 
@@ -100,7 +100,7 @@ def _named(reference: Declared) -> Iterator[Diagnostic]:
 
 def _compared(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """The metric must have a curve, of the dimensions of the reference, over its range, and back for a loop."""
-    thing: OfCurves = metric.thing
+    thing: CurveMetric = metric.thing
     reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
     if reference is not None and not isinstance(reference.thing, CurveFromFile):
@@ -130,17 +130,17 @@ def _without_loop(metric: Declared, reference: Declared | None) -> Diagnostic | 
 
 def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, analysis: Any) -> Iterator[Diagnostic]:
     """The dimensions of both axes, and whether a motion goes over what was measured."""
-    thing: OfCurves = metric.thing
+    thing: CurveMetric = metric.thing
     along = units.TIME
     if thing.over is not None:
-        along = units.parse(scene.declared[thing.over].thing.unit).dimension
-    own = units.parse(of.thing.unit).dimension
+        along = units.parse_unit(scene.declared[thing.over].thing.unit).dimension
+    own = units.parse_unit(of.thing.unit).dimension
     for axis, due, given in (("x", along, reference.thing.x_unit), ("y", own, reference.thing.y_unit)):
         if given.dimension != due:
-            name, found = units.named(due), units.named(given.dimension)
+            name, found = units.dimension_name(due), units.dimension_name(given.dimension)
             yield diagnostic("E518", metric.at("against"),
                              f"`{metric.name}` has {name} where `{reference.name}` has {found}", f"{axis} is {found}",
-                             f"compare with a curve whose `{axis}_unit` is {name}, in {units.usual(due)}")  # fmt: skip
+                             f"compare with a curve whose `{axis}_unit` is {name}, in {units.usual_units(due)}")  # fmt: skip
             return
     if isinstance(analysis, Dynamic | Quasistatic) and thing.over is None:
         yield from _reached(metric, reference, analysis.duration)
@@ -148,9 +148,9 @@ def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, 
 
 def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
     """Of what has no curve: errors, in time what is not followed, and at rest what says not along what it goes."""
-    thing: OfCurves = metric.thing
+    thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
-        if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, OfCurves)):
+        if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, CurveMetric)):
             return diagnostic("E509", metric.at(field), f"`{other.name}` is an error already, and no measurement",
                               "has no curve",
                               "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
@@ -192,11 +192,11 @@ def _reached(metric: Declared, reference: Declared, duration: float) -> Iterator
         return  # said where files are
     if low >= duration:
         yield diagnostic("E518", metric.at("against"), f"`{reference.name}` begins after the end of the analysis",
-                         f"at {units.show(low, units.TIME)}",
-                         f"the end is at {units.show(duration, units.TIME)}: analyse a longer `duration`")  # fmt: skip
+                         f"at {units.format_value(low, units.TIME)}",
+                         f"the end is at {units.format_value(duration, units.TIME)}: analyse a longer `duration`")  # fmt: skip
     elif high > duration * (1.0 + NEAR):
         share = (duration - max(low, 0.0)) / (high - low)
         yield diagnostic("W328", metric.at("against"),
                          f"the analysis goes over {100.0 * share:.3g} % of `{reference.name}`",
-                         f"it ends at {units.show(high, units.TIME)}",
-                         f"what comes after {units.show(duration, units.TIME)} is not judged")  # fmt: skip
+                         f"it ends at {units.format_value(high, units.TIME)}",
+                         f"what comes after {units.format_value(duration, units.TIME)} is not judged")  # fmt: skip

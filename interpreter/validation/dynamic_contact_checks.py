@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import Between
 from softmark.interpreter.vocabulary.self_contact_words import Itself
@@ -35,7 +35,7 @@ def asked(scene: Scene) -> Iterator[Diagnostic]:
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     moving = analysis is not None and isinstance(analysis.thing, Dynamic)
     for metric in scene.of_kind("metric").values():
-        if not (isinstance(metric.thing, OfForces) and metric.thing.followed):
+        if not (isinstance(metric.thing, ForceMetric) and metric.thing.followed):
             continue
         if not moving and metric.thing.when != "end":
             yield diagnostic(

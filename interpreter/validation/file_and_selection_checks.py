@@ -12,10 +12,10 @@ from softmark.interpreter.language.compiled_scene import Declared, Location, Sce
 from softmark.interpreter.language.coordinate_conditions import Condition, Point
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case, Fault, case_for, reach
-from softmark.interpreter.vocabulary.load_words import Follower, PerArea, Tensile, Turning
+from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, RemoteStress, SurfaceTraction
 from softmark.references.measured_curve import CurveFromFile
 from softmark.solvers.mesh.shape import Shape
-from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 CHEAP = 4_000_000  # bytes of a table that is read when a scene is checked
 FINEST = 2e-3  # of the extent of a body: cells so small are not divided
@@ -34,7 +34,7 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             continue
         own = model.thing.own_mesh
         shape, at = (own, model.at("mesh")) if own is not None else (case.shape, case.shaped)
-        if isinstance(shape, Enclosed):
+        if isinstance(shape, SurfaceBody):
             from softmark.interpreter.validation import (
                 filled_surface_checks,  # nothing of it where no surface is filled
             )
@@ -80,7 +80,7 @@ def _unread(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
 def _doubt(path: str) -> tuple[str, str] | None:
     from softmark.solvers.mesh.files import mesh_formats  # no scene without a mesh file needs to know of formats
 
-    return mesh_formats.doubt(path)
+    return mesh_formats.find_format_problem(path)
 
 
 def groups(scene: Scene) -> Iterator[Diagnostic]:
@@ -134,7 +134,10 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
     """Loads on a surface that select points within the body alone, so that no model can take them."""
     for load in scene.of_kind("load").values():
         action = load.thing.action
-        if not isinstance(action, PerArea | Tensile | Follower | Turning) or load.thing.body not in scene.declared:
+        if (
+            not isinstance(action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
+            or load.thing.body not in scene.declared
+        ):
             continue
         body = scene.declared[load.thing.body]
         if body.thing.shape.convex and not _meets(action.where, body.thing.shape):

@@ -10,10 +10,10 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.validation.tetrahedra_checks import enclosed
 from softmark.solvers.mesh.boolean_operations import MISSING
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 
-def doubts(model: Declared, case: Case, shape: Enclosed) -> tuple[Diagnostic, ...]:
+def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic, ...]:
     """What speaks against a model of a body that such a surface encloses; of a public data set only its elements."""
     found = [enclosed(model, case, shape)]
     if not shape.fault and "data:" not in shape.file:

@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.compiled_scene import Declared, Scene, rigid
+from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rigid
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
 from softmark.interpreter.problem.body_case import porous, reach
@@ -36,10 +36,10 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
 def _seen(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """A pressure where there is no fluid, or no body."""
     body = scene.declared[metric.thing.body]
-    if rigid(body) or not porous(body.thing.material):
+    if is_rigid(body) or not porous(body.thing.material):
         yield diagnostic("E228", metric.at("body"), f"there is no fluid in `{body.name}`", "no fluid", REMEDY)
     elif not body.thing.shape.fault and not body.thing.shape.contains(metric.thing.at):
         spans = "" if body.thing.shape.bounds is None else f"the body spans {reach(*body.thing.shape.bounds)}"
         yield diagnostic("E504", metric.at("at"), f"`{metric.name}` looks at"
-                         f" {units.show_all(metric.thing.at, units.LENGTH)}, outside `{body.name}`", "not in the body",
+                         f" {units.format_vector(metric.thing.at, units.LENGTH)}, outside `{body.name}`", "not in the body",
                          spans)  # fmt: skip

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.compiled_scene import Declared, Scene, rigid
+from softmark.interpreter.language.compiled_scene import Declared, Scene, is_rigid
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import at_rest_pressed, case_of, left_to_go
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import Between
-from softmark.interpreter.vocabulary.load_words import Gravity, PerMass, PointForce, Torque
+from softmark.interpreter.vocabulary.load_words import BodyForce, Gravity, PointForce, Torque
 from softmark.interpreter.vocabulary.support_words import Symmetric, Turned
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
@@ -124,7 +124,7 @@ def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
                 "leave out its mass and its forces, and let supports take it all the way, or leave the turn out",
             )
     met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
-    if met and not rigid(other := scene.declared[met[0].thing.body]):
+    if met and not is_rigid(other := scene.declared[met[0].thing.body]):
         yield from _one_way(scene, body, other)
     yield from _touched(scene, body)
 
@@ -151,7 +151,7 @@ def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
             "one way is due",
             f"hold it in all others, so that it does not turn either: `fixed({name}, components = {hold})`",
         )
-    weighed = any(isinstance(load.thing.action, PerMass) for load in loads)
+    weighed = any(isinstance(load.thing.action, BodyForce) for load in loads)
     if len(left) == 1 and not any(_presses(load.thing.action, left[0]) for load in loads):
         way = "xyz"[left[0]]
         yield (
@@ -177,7 +177,7 @@ def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
             )
     for one in scene.of_kind("contact").values():
         second = scene.declared[one.thing.rigid] if isinstance(one.thing, Between) else body
-        if second.name != name and one.thing.body == other.name and rigid(second) and at_rest_pressed(scene, second):
+        if second.name != name and one.thing.body == other.name and is_rigid(second) and at_rest_pressed(scene, second):
             yield (
                 body.at(),
                 f"loads press `{name}`, and `{second.name}` as well",
@@ -189,7 +189,7 @@ def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
 
 def _presses(action: Any, along: int) -> bool:
     """Whether a load has a part along a way."""
-    return bool((action.acceleration if isinstance(action, PerMass) else action.force)[along])
+    return bool((action.acceleration if isinstance(action, BodyForce) else action.force)[along])
 
 
 def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
@@ -200,7 +200,7 @@ def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
         yield body.at(), f"`{body.name}` is free and meets nothing", "no contact", "`contact NAME = between(...)`"
         return
     first = contacts[0].thing.body
-    if rigid(scene.declared[first]):
+    if is_rigid(scene.declared[first]):
         return  # which is reported of the contact
     case = case_of(scene, first)
     for contact in contacts:

@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import in_state, states_of
-from softmark.interpreter.metrics.slip import OfFriction
+from softmark.interpreter.metrics.slip import FrictionMetric
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import Between
 from softmark.interpreter.vocabulary.support_words import Turned
@@ -72,7 +72,7 @@ def _rubbing(scene: Scene) -> list[Declared]:
 
 def _without(scene: Scene) -> Iterator[Diagnostic]:
     for metric in scene.of_kind("metric").values():
-        contact = scene.declared[metric.thing.of] if isinstance(metric.thing, OfFriction) else None
+        contact = scene.declared[metric.thing.of] if isinstance(metric.thing, FrictionMetric) else None
         if contact is not None and not getattr(contact.thing, "friction", 0.0):
             yield diagnostic(
                 "E662",

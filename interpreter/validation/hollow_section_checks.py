@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.problem.body_case import Fault, body_of
 
 OF_WALLS = "nothing is on the axis of a hollow member; stress and strain are those of its wall: look there"
@@ -20,7 +20,7 @@ def refusal(scene: Scene, declared: Declared) -> str | None:
     It does where all models of the body are beams, which move and are loaded by sections, and no stress is asked for.
     """
     if declared.kind == "probe" and any(
-        isinstance(metric.thing, OfTensors) and metric.thing.probe == declared.name
+        isinstance(metric.thing, TensorMetric) and metric.thing.probe == declared.name
         for metric in scene.of_kind("metric").values()
     ):
         return OF_WALLS

@@ -32,7 +32,7 @@ def overlapping(scene: Scene, contact: Declared, rigid: Declared, body: Declared
     inner, outer = rigid.thing.shape, body.thing.shape
     for at in _surfaced(inner, outer):
         if not any(where.holds(*at, outer.diagonal) for where in held):
-            place = units.show_all([round(c, 6) for c in at], units.LENGTH)
+            place = units.format_vector([round(c, 6) for c in at], units.LENGTH)
             yield diagnostic(
                 "E611", contact.at(),
                 f"`{rigid.name}` overlaps `{body.name}` before anything has moved: {place} is in both",

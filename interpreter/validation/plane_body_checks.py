@@ -12,24 +12,31 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.metrics.contact import OfContact
+from softmark.interpreter.metrics.contact import ContactMetric
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.force import Force
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
-from softmark.interpreter.metrics.metric_base import OfMetric
+from softmark.interpreter.metrics.metric_base import DerivedMetric
 from softmark.interpreter.metrics.pore_pressure import Outflow, PorePressure
-from softmark.interpreter.metrics.relative_displacement_error import EnergyNorm
+from softmark.interpreter.metrics.relative_displacement_error import RelativeDisplacementError
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.metrics.tip_error import TipError
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.contact_words import Between
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.interpreter.vocabulary.load_words import (
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    RemoteStress,
+    SurfaceTraction,
+)
 from softmark.interpreter.vocabulary.probe_words import Line, Point
 from softmark.interpreter.vocabulary.support_words import Displaced, Symmetric, Turned
 from softmark.solvers.elements.plane import PLANE
@@ -37,7 +44,14 @@ from softmark.solvers.mesh.plane_regions import NEAR
 from softmark.solvers.mesh.shape import Shape
 
 WHAT = {"plane_strain": "plane strain", "plane_stress": "plane stress", "axisymmetric": "axial symmetry"}
-AT_POINTS = (Displacement, EnergyNorm, MaxError, MeanError, OfTensors, TipError)  # known of bodies of revolution
+AT_POINTS = (
+    Displacement,
+    RelativeDisplacementError,
+    MaxError,
+    MeanError,
+    TensorMetric,
+    TipError,
+)  # known of bodies of revolution
 QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
 
@@ -88,7 +102,7 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
         if across := [*_across_axis(scene, declared)]:
             yield from across
             continue
-        if flat and declared.kind == "load" and isinstance(declared.thing.action, Turning):
+        if flat and declared.kind == "load" and isinstance(declared.thing.action, MomentLoad):
             yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
                              "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
         elif flat and abs(_across(declared)) > 0.0:
@@ -151,17 +165,17 @@ def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
 
 def _sideways(action: Any) -> bool:
     """Whether it is gravity with a component along x or z."""
-    return isinstance(action, PerMass) and bool(action.acceleration[0] or action.acceleration[2])
+    return isinstance(action, BodyForce) and bool(action.acceleration[0] or action.acceleration[2])
 
 
 def _askew(action: Any) -> bool:
     """Whether it is a tension neither along the axis of a body of revolution nor across it."""
-    return isinstance(action, Tensile) and bool(action.direction[0] and action.direction[1])
+    return isinstance(action, RemoteStress) and bool(action.direction[0] and action.direction[1])
 
 
 def _beside(action: Any) -> bool:
     """Whether a force acts at a point off the plane."""
-    return isinstance(action, AtPoint) and action.at[2] != 0.0
+    return isinstance(action, PointLoad) and action.at[2] != 0.0
 
 
 def _leaving(analysis: Any, alone: bool) -> Iterator[str]:
@@ -181,9 +195,14 @@ def _across(declared: Declared) -> float:
         turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
         return turned or (float(thing.displacement[2]) if 2 in thing.components else 0.0)
     match thing.action:
-        case PerMass(acceleration=vector) | PerArea(traction=vector) | AtPoint(force=vector) | PerLength(force=vector):
+        case (
+            BodyForce(acceleration=vector)
+            | SurfaceTraction(traction=vector)
+            | PointLoad(force=vector)
+            | LineForce(force=vector)
+        ):
             return float(vector[2])
-        case Tensile(direction=vector):
+        case RemoteStress(direction=vector):
             return float(vector[2])
     return 0.0
 
@@ -210,7 +229,7 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
         field = "mesh" if thing.mesh is not None else "quality"
         yield diagnostic("E543", declared.at(field), f"`{declared.name}` has a `{field}`, and plane bodies have meshes "
                          "of their own alone", "not of plane bodies", "leave it out, and give a `size`")  # fmt: skip
-    elif (lines := [load for load in case.loads if isinstance(load.thing.action, PerLength)]) and not case.depth:
+    elif (lines := [load for load in case.loads if isinstance(load.thing.action, LineForce)]) and not case.depth:
         yield diagnostic("E543", lines[0].at(), f"`{lines[0].name}` acts along a line, and `{case.body.name}` is in "
                          f"{kind}", "not on plane bodies", "`point_force(...)` is spread along z; along an edge, give a"
                          " `traction`")  # fmt: skip
@@ -233,8 +252,8 @@ def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagn
                          "alone, as its loads grow", "not with axial symmetry",
                          "use `static()`, or a `solid`")  # fmt: skip
     for load in case.loads:
-        if isinstance(load.thing.action, AtPoint | PerLength):
-            where = "at a point" if isinstance(load.thing.action, AtPoint) else "along a line"
+        if isinstance(load.thing.action, PointLoad | LineForce):
+            where = "at a point" if isinstance(load.thing.action, PointLoad) else "along a line"
             yield diagnostic("E323", load.at(), f"`{load.name}` acts {where} of a body of revolution", "not around "
                              "the axis", "use `traction` on a part of its edge, which goes all around")  # fmt: skip
 
@@ -260,9 +279,9 @@ def _unknown(metric: Declared, scene: Scene) -> str:
     thing = metric.thing
     if isinstance(thing, Force):
         return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"
-    if isinstance(thing, StrainEnergy | PorePressure | Outflow | OfContact):
+    if isinstance(thing, StrainEnergy | PorePressure | Outflow | ContactMetric):
         return ""
-    if isinstance(thing, OfMetric):  # known as far as what it is of
+    if isinstance(thing, DerivedMetric):  # known as far as what it is of
         return _unknown(scene.declared[thing.of], scene)
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:

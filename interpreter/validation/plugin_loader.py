@@ -33,8 +33,8 @@ from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.name_suggestions import nearest
 from softmark.grammar.tree import Span
 from softmark.interpreter.language.expression_evaluation import PREDEFINED
-from softmark.interpreter.language.field_schema import Vocabulary, _fields, article
-from softmark.interpreter.language.plugin_words import FILES, Plugin, told
+from softmark.interpreter.language.field_schema import Vocabulary, _fields, indefinite_article
+from softmark.interpreter.language.plugin_words import FILES, Plugin, format_exception
 from softmark.records import dataclass
 from softmark.resource_limits import process_lock
 from softmark.safe_files import open_regular
@@ -58,8 +58,8 @@ NEEDED = {  # of a class that derives from one of these: what it must say itself
     ("solvers.materials.isotropic_material", "Isotropic"): ("finite_law",),
     ("interpreter.models.shared.model_declaration", "Model"): ("outline",),
     ("interpreter.metrics.metric_base", "Metric"): ("unit", "measure"),
-    ("interpreter.metrics.metric_base", "OfDisplacements"): ("value",),
-    ("interpreter.metrics.metric_base", "OfForces"): ("amount", "natural"),
+    ("interpreter.metrics.metric_base", "DisplacementMetric"): ("value",),
+    ("interpreter.metrics.metric_base", "ForceMetric"): ("amount", "natural"),
     ("references.reference_base", "Reference"): ("source", "error_meaning"),
     ("interpreter.vocabulary.probe_words", "Probe"): ("stations",),
     ("interpreter.vocabulary.load_words", "Load"): ("action", "strength"),
@@ -193,7 +193,7 @@ def _of_name(name: str) -> tuple[Path, str]:
         with process_lock, redirect_stdout(sys.stderr):
             spec = find_spec(known[name])
     except Exception as error:
-        raise Absent(f"the plugin {name} cannot be found: {told(error)}", "install it anew") from error
+        raise Absent(f"the plugin {name} cannot be found: {format_exception(error)}", "install it anew") from error
     if spec is None or not spec.origin:
         raise Absent(f"the plugin {name} has no file: {known[name]}", "its entry point names a module")
     return Path(spec.origin), known[name]
@@ -340,7 +340,7 @@ def _run(read: Read) -> ModuleType:
             exec(compile(read.source.text, read.file, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
         sys.modules.pop(read.module, None)
-        line, why = _line_of(error, read.file), told(error)
+        line, why = _line_of(error, read.file), format_exception(error)
         help = "nothing of it can be used; install what it needs" if isinstance(error, ImportError) else "mend it"
         doubt = read.doubt("W730", f"is broken: {why}", line, "raised here", help)
         raise Unread(doubt, f"{why} (line {line})") from None
@@ -371,7 +371,9 @@ def _tried(entry: Entry, module: ModuleType) -> Any:
     except Lacking:
         raise
     except Exception as error:
-        raise Lacking(f"looking at it raises {told(error)}", "what a class says of itself is values") from error
+        raise Lacking(
+            f"looking at it raises {format_exception(error)}", "what a class says of itself is values"
+        ) from error
 
 
 def _usable(entry: Entry, module: ModuleType) -> Any:
@@ -406,12 +408,12 @@ def lacks(cls: type[Any], kind: str) -> None:
         _fields(cls)
     except Exception as error:
         form = '`Annotated[float, "m in (0, inf)", "what it means"]`'
-        raise Lacking(f"a field of `{name}` cannot be read: {told(error)}", f"a field is {form}") from None
+        raise Lacking(f"a field of `{name}` cannot be read: {format_exception(error)}", f"a field is {form}") from None
     for (place, base), needed in NEEDED.items():
         root = getattr(sys.modules.get(f"softmark.{place}"), base, None)
         missing = () if root is None or not issubclass(cls, root) else [n for n in needed if _same(cls, root, n)]
         if missing:
-            raise Lacking(f"`{name}` has no `{missing[0]}`", f"{article(kind)} {kind} says it itself; see `{base}` of "
+            raise Lacking(f"`{name}` has no `{missing[0]}`", f"{indefinite_article(kind)} {kind} says it itself; see `{base}` of "
                           f"`softmark.{place}`")  # fmt: skip
     if kind == "reference":
         _told_reference(cls)
@@ -477,7 +479,7 @@ def _without_taken(plugin: Plugin, ours: Vocabulary) -> Plugin:
     entries = {(e.kind, e.word): e for e in _entries(read, _tree(read), [])}
     for (kind, word), other in taken.items():
         whose = "softmark" if other is None else f"the plugin `{other.name}`"
-        lacking = Lacking(f"`{word}` is {article(kind)} {kind} of {whose} already", "give it another word")
+        lacking = Lacking(f"`{word}` is {indefinite_article(kind)} {kind} of {whose} already", "give it another word")
         broken[kind, word] = str(lacking)
         doubts.append(_left_out(read, entries[kind, word], lacking))
     words = {k: {w: c for w, c in own.items() if (k, w) not in taken} for k, own in plugin.words.items()}

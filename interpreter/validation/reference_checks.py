@@ -13,20 +13,20 @@ from typing import Literal
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.metrics.curve_metrics import OfCurves
-from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
+from softmark.interpreter.metrics.curve_metrics import CurveMetric
+from softmark.interpreter.metrics.energy_norm_error import EnergyNormError
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.metrics.hausdorff import Hausdorff
 from softmark.interpreter.metrics.max_error import MaxError
 from softmark.interpreter.metrics.mean_error import MeanError
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.metrics.period import Period
-from softmark.interpreter.metrics.relative_displacement_error import EnergyNorm
+from softmark.interpreter.metrics.relative_displacement_error import RelativeDisplacementError
 from softmark.interpreter.metrics.stress import AXES, Stress
 from softmark.interpreter.metrics.surface_distance import SurfaceDistance
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.metrics.tip_error import TipError
-from softmark.interpreter.metrics.trajectory_error import CourseNorm
+from softmark.interpreter.metrics.trajectory_error import TrajectoryError
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.problem.body_case import Fault, case_for
@@ -43,7 +43,7 @@ KNOWN = {
     "field": "a field of displacements", "surface": "a measured surface", "points": "tracked points",
     "forces": "a theory of forces alone", "curve": "a measured curve", "value": "a value that is given",
 }  # fmt: skip
-POINTWISE = (EnergyNorm, TipError, MaxError, MeanError)  # errors of material points
+POINTWISE = (RelativeDisplacementError, TipError, MaxError, MeanError)  # errors of material points
 
 
 @dataclass(frozen=True)
@@ -102,14 +102,14 @@ def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
     probe, word = scene.declared[name], metric.constructor.name
     found = f"`{name}` is a probe `{probe.constructor.name}`"
     body = probe.thing.body
-    if isinstance(metric.thing, StrainEnergyNorm) and not isinstance(probe.thing, Volume):
+    if isinstance(metric.thing, EnergyNormError) and not isinstance(probe.thing, Volume):
         return _Refusal("probe", f"`{word}` integrates over the body, and {found}", "no volume",
                         f"look at the whole body: `probe inside = volume({body})`")  # fmt: skip
     if _needs_surface(scene, metric) and not isinstance(probe.thing, Surface):
         return _Refusal("probe", f"`{metric.name}` needs triangles, and {found}", "no surface",
                         f"look at the surface: `probe skin = surface({body})`"
                         + _nearest(metric))  # fmt: skip
-    if isinstance(metric.thing, CourseNorm) and isinstance(probe.thing, Surface):
+    if isinstance(metric.thing, TrajectoryError) and isinstance(probe.thing, Surface):
         return _Refusal("probe", f"`{word}` follows points in time, and {found}", "keeps no history",
                         f"follow points: `probe tip = point({body}, at = ...)`")  # fmt: skip
     return None
@@ -132,7 +132,7 @@ def _nearest(metric: Declared) -> str:
 def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
     """Stress needs a model that has it, and a number that its tensor has."""
     thing = metric.thing
-    if not isinstance(thing, OfTensors):
+    if not isinstance(thing, TensorMetric):
         return None
     if isinstance(thing, Stress) and thing.measure_ == "nominal" and thing.component not in AXES:
         return _Refusal("component", f"nominal stress is no symmetric tensor: it has no `{thing.component}`",
@@ -193,7 +193,7 @@ def _time(scene: Scene, metric: Declared) -> _Refusal | None:
     if moving and isinstance(metric.thing, Frequency):
         help = "leave the analysis out, or ask the motion: `metric swing = period(tip, along = -z)`"
         return _Refusal("", f"`{metric.name}` is about an equilibrium, and the analysis is dynamic", "no rest", help)
-    if moving or not isinstance(metric.thing, Period | CourseNorm):
+    if moving or not isinstance(metric.thing, Period | TrajectoryError):
         return None
     return _Refusal("", f"`{metric.name}` is about a motion, and the analysis is static", "nothing moves in time",
                     "declare one: `analysis fall = dynamic(duration = 1 s, step = 10 ms)`")  # fmt: skip
@@ -211,21 +211,21 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     known = known_of(reference)
     if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
         return _values(metric, name, known)
-    if isinstance(metric.thing, OfForces) and reference.kind != "model" and not reference.thing.with_forces:
+    if isinstance(metric.thing, ForceMetric) and reference.kind != "model" and not reference.thing.with_forces:
         return _Refusal("against", f"`{word}` compares forces and energies, and `{name}` knows none", "no forces",
                         "compare with a model, or with a theory that has them: `torsion(...)`")  # fmt: skip
-    if known == "forces" and not isinstance(metric.thing, OfForces | OfCurves):
+    if known == "forces" and not isinstance(metric.thing, ForceMetric | CurveMetric):
         return _Refusal("against", f"`{word}` cannot be told from `{name}`, which is {KNOWN[known]}", KNOWN[known],
                         "compare `force(...)` with it")  # fmt: skip
-    if isinstance(metric.thing, CourseNorm) and reference.kind != "model":
+    if isinstance(metric.thing, TrajectoryError) and reference.kind != "model":
         return _Refusal("against", f"`{word}` compares motions, and `{name}` knows none", "no history",
                         "compare with a model of this scene")  # fmt: skip
-    if isinstance(metric.thing, OfCurves) is not (known == "curve"):
+    if isinstance(metric.thing, CurveMetric) is not (known == "curve"):
         return _curves(metric, name, known)
     if isinstance(metric.thing, Hausdorff | SurfaceDistance) and known == "points":
         return _Refusal("against", f"`{word}` needs a surface, and `{name}` is tracked points", "no surface",
                         "points are compared one by one: `mean_error(...)` or `max_error(...)`")  # fmt: skip
-    if isinstance(metric.thing, StrainEnergyNorm) and known != "field":
+    if isinstance(metric.thing, EnergyNormError) and known != "field":
         return _Refusal("against", f"`{word}` needs strains, and `{name}` is {KNOWN[known]}", "no strains",
                         "compare with a theory or with another model")  # fmt: skip
     if isinstance(metric.thing, POINTWISE):

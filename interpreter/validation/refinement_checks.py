@@ -72,7 +72,7 @@ def doubts(scene: Scene) -> Iterator[Diagnostic]:
 def _sizes(reference: Declared) -> Iterator[Diagnostic]:
     sizes = reference.thing.sizes
     if sizes.dimension != units.LENGTH:
-        given = units.named(sizes.dimension)
+        given = units.dimension_name(sizes.dimension)
         yield diagnostic("E204", reference.at("sizes"), f"expected a length, found {given}", given,
                          "sizes of cells are lengths, such as `[12, 9, 6] mm`")  # fmt: skip
     elif len(sizes.values) < LEAST:
@@ -182,7 +182,7 @@ def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
     ratio, place = min((b / a, i) for i, (a, b) in enumerate(pairwise(means)))
     if ratio >= 0.98 * RATIO:
         return unlike(counts)
-    a, b = (units.show(size, units.LENGTH) for size in sizes[-LEAST:][place : place + 2])
+    a, b = (units.format_value(size, units.LENGTH) for size in sizes[-LEAST:][place : place + 2])
     return f"cells of {b} are only {ratio:.3g} times finer than those of {a}, and an order needs {RATIO:g} times"
 
 
@@ -210,5 +210,5 @@ def _better(shape: Shape, cuts: Cuts) -> str:
     for part in range(1, PARTS + 1) if largest else ():
         sizes = tuple(float(f"{largest / part / k:.5g}") for k in (1, 2, 3))
         if uneven(shape, sizes, cuts) is None:
-            return f"take sizes that give similar meshes, such as {units.show_all(sizes, units.LENGTH)}"
+            return f"take sizes that give similar meshes, such as {units.format_vector(sizes, units.LENGTH)}"
     return "take sizes of which each is half the one before, and that divide the body in whole cells"

@@ -63,7 +63,7 @@ def overlaps(scene: Scene) -> Iterator[Diagnostic]:
         for a, b in unordered(case):
             at = common(a.thing.where, b.thing.where, *shape.bounds)
             if at is not None and shape.contains(at):
-                yield overlap(a, b, f"both hold at {units.show_all(at, units.LENGTH)}").diagnostic
+                yield overlap(a, b, f"both hold at {units.format_vector(at, units.LENGTH)}").diagnostic
 
 
 def untaken(scene: Scene) -> Iterator[Diagnostic]:

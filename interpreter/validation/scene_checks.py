@@ -10,14 +10,14 @@ from dataclasses import replace
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.compiled_scene import Declared, Location, Scene, rigid
-from softmark.interpreter.language.compiler import recompiled
+from softmark.interpreter.language.compiled_scene import Declared, Location, Scene, is_rigid
+from softmark.interpreter.language.compiler import recompile
 from softmark.interpreter.language.coordinate_conditions import Point
-from softmark.interpreter.language.expectation_conditions import metrics_in
+from softmark.interpreter.language.expectation_conditions import find_metrics
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.language.message_limit import shortened
+from softmark.interpreter.language.message_limit import shorten
 from softmark.interpreter.language.parameter_overrides import Override
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.models.shared.perturbed_start import doubts as disturbed
 from softmark.interpreter.problem.body_case import Case, Fault, body_of, case_for, case_of, reach
 from softmark.interpreter.problem.symmetry_planes import plane_fault, point_doubt, pull_fault, start_fault
@@ -29,7 +29,7 @@ from softmark.interpreter.validation.dynamic_contact_checks import asked
 from softmark.interpreter.validation.reference_checks import comparisons
 from softmark.interpreter.validation.refinement_checks import doubts as doubts_of_refined
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 from softmark.interpreter.vocabulary.probe_words import Nodes
 from softmark.interpreter.vocabulary.support_words import Symmetric
 from softmark.references.measured_curve import CurveFromFile
@@ -44,7 +44,7 @@ def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
         found += test(where, found)
     if where is not scene and complete:
         found += given.tables(scene)
-    return shortened(list(dict.fromkeys(found)))
+    return shorten(list(dict.fromkeys(found)))
 
 
 Found = list[Diagnostic]  # by the checks before
@@ -71,7 +71,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         condition = declared.value("where")
         body = scene.declared.get(declared.value("body") or "")
-        if condition is None or body is None or rigid(body) or body.thing.shape.bounds is None:
+        if condition is None or body is None or is_rigid(body) or body.thing.shape.bounds is None:
             continue
         if declared.kind == "load" and "where" not in declared.fields:  # all of a rigid body alone
             yield diagnostic("E206", declared.at(), f"`{declared.constructor.name}` needs `where`", "incomplete",
@@ -150,7 +150,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             bare = refusal(scene, declared)
         for field, point in reversed(outside.items()) if bare is not None else ():
             does = "acts at" if declared.kind == "load" else "looks at"
-            where = units.show_all(point, units.LENGTH)
+            where = units.format_vector(point, units.LENGTH)
             spans = reach(*shape.bounds) + ("" if shape.convex else f"; it is {shape.gap}")
             problem = f"`{declared.name}` {does} {where}, outside `{body.name}`"
             remedy = bare or f"the body spans {spans}"
@@ -161,8 +161,8 @@ def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
     """The fields that give points, and those that decide for all: in a convex body, the ends of a line."""
     if declared.kind == "load":
         action = declared.thing.action
-        line = [("from", action.begin), ("to", action.end)] if isinstance(action, PerLength) else []
-        return [("at", action.at)] if isinstance(action, AtPoint) else line
+        line = [("from", action.begin), ("to", action.end)] if isinstance(action, LineForce) else []
+        return [("at", action.at)] if isinstance(action, PointLoad) else line
     stations, ends = declared.thing.stations or (), declared.thing.ends
     if ends is None:
         return [("at", point) for point in stations]
@@ -221,7 +221,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if any(_blamed(contact, found) for contact in scene.of_kind("contact").values()):
         return  # of which it is not known what they would do
     asked = (metric.thing for metric in scene.of_kind("metric").values())
-    ringing = {thing.concerned for thing in asked if not isinstance(thing, OfForces)}
+    ringing = {thing.concerned for thing in asked if not isinstance(thing, ForceMetric)}
     cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
     still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
@@ -295,7 +295,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     for reference, case in _cases(scene, "reference"):
         if reference.thing.how != "solved":  # measured: it says how the body was, whatever holds it
             continue
-        if rigid(case.body):  # E655
+        if is_rigid(case.body):  # E655
             continue
         if case.shape.wired and not reference.thing.wired:
             yield from _wired(reference, case)
@@ -340,7 +340,7 @@ def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """An expectation takes a metric of a model or reference of the same body."""
     for expectation in scene.expectations:
-        for name in metrics_in(expectation.node):
+        for name in find_metrics(expectation.node):
             if name.text in scene.parameters:
                 continue
             owner, metric = name.parts
@@ -356,15 +356,15 @@ def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """A published column has one value for each model, of the dimension of its metric."""
     for column in scene.of_kind("published").values():
         thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
-        due = units.parse(unit).dimension
+        due = units.parse_unit(unit).dimension
         if len(thing.of) != len(thing.values.values):
             models, values = _count(len(thing.of), "model"), _count(len(thing.values.values), "value")
             yield diagnostic("E506", column.at("values"), f"`{column.name}` has {models} and {values}",
                              "not one for each", "give as many values as models, in the same order")  # fmt: skip
         elif thing.values.dimension != due:
-            name, given = units.named(due), units.named(thing.values.dimension)
+            name, given = units.dimension_name(due), units.dimension_name(thing.values.dimension)
             yield diagnostic("E204", column.at("values"), f"expected {name}, found {given}", given,
-                             f"`{thing.metric}` is {name}; give the values in {units.usual(due)}")  # fmt: skip
+                             f"`{thing.metric}` is {name}; give the values in {units.usual_units(due)}")  # fmt: skip
 
 
 def _count(number: int, what: str) -> str:
@@ -495,7 +495,7 @@ WHOLE: tuple[Check, ...] = (
 
 def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
-    other, diagnostics = recompiled(scene, more)
+    other, diagnostics = recompile(scene, more)
     if check not in other.known:
         complete = not any(d.severity == "error" for d in diagnostics)
         other.known[check] = check(other, complete)

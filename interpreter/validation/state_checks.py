@@ -12,7 +12,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.language.scene_states import acting, in_state, states_of
+from softmark.interpreter.language.scene_states import find_time_dependent, in_state, states_of
 from softmark.interpreter.problem.amplitude_tables import table_fault
 from softmark.interpreter.results.state_results import Moment, percent
 from softmark.interpreter.vocabulary.amplitude_words import Sine, State, Table
@@ -46,7 +46,7 @@ def _driven_by(scene: Scene, state: float) -> float:
     """How far a state drives loads and supports: at a time, the largest share that a course has reached."""
     if not isinstance(state, Moment):
         return abs(state)
-    moved = (d.thing.course for d in acting(scene))
+    moved = (d.thing.course for d in find_time_dependent(scene))
     courses = (c for c in moved if c is not None and not isinstance(c, State))
     try:
         return max((abs(c.at(state)) for c in courses), default=1.0)
@@ -61,7 +61,7 @@ def _timed(scene: Scene) -> bool:
 
 def _driven(scene: Scene) -> list[Declared]:
     """Those with the course of a state."""
-    return [d for d in acting(scene) if isinstance(d.thing.course, State)]
+    return [d for d in find_time_dependent(scene) if isinstance(d.thing.course, State)]
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
@@ -161,8 +161,8 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
                          "not in their order", "each time comes after the one before it")  # fmt: skip
     if times and times[-1] > thing.duration * (1.0 + BEYOND):
         yield diagnostic("E361", analysis.at("times"), f"`{analysis.name}` ends before the last of its times",
-                         f"at {units.show(thing.duration, units.TIME)}",
-                         f"follow it up to {units.show(times[-1], units.TIME)}, or measure earlier")  # fmt: skip
+                         f"at {units.format_value(thing.duration, units.TIME)}",
+                         f"follow it up to {units.format_value(times[-1], units.TIME)}, or measure earlier")  # fmt: skip
     if (count := thing.duration / thing.step) > STEPS:
         yield diagnostic("E361", analysis.at("step"), f"`{analysis.name}` takes {count:.2g} steps",
                          f"more than {STEPS}", "every step is an equilibrium: take longer ones")  # fmt: skip
@@ -172,7 +172,7 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 def _unread(scene: Scene, duration: float) -> Diagnostic | None:
     """A table that a load or support cannot follow."""
-    return next((wrong for d in acting(scene) if (wrong := table_fault(d, duration)) is not None), None)
+    return next((wrong for d in find_time_dependent(scene) if (wrong := table_fault(d, duration)) is not None), None)
 
 
 def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:

@@ -126,5 +126,5 @@ def _is_sweep(scene: Scene, study: Declared, field: str) -> Iterator[Diagnostic]
         word = other.constructor.name
         sweeps = [n for n, d in scene.of_kind("study").items() if isinstance(d.thing, Sweep)]
         example = "declare one: `study NAME = sweep(h, over = [10, 5] mm)`"
-        help = f"sweeps: {field_schema.listed(sweeps)}" if sweeps else example
+        help = f"sweeps: {field_schema.join_names(sweeps)}" if sweeps else example
         yield diagnostic("E213", study.at(field), f"expected a sweep, found the {word} `{name}`", f"a {word}", help)

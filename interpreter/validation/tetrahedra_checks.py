@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.reference_cells import Tetrahedron
-from softmark.solvers.mesh.surface_bodies import Enclosed, Filled
+from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FIT = " or ".join(f"`{name}`" for name, element in ELEMENTS.items() if element.family == Tetrahedron.family)
 
 
-def enclosed(model: Declared, case: Case, shape: Enclosed) -> Diagnostic | None:
+def enclosed(model: Declared, case: Case, shape: SurfaceBody) -> Diagnostic | None:
     """Elements that a filled surface cannot be made of."""
     kind = _other(model)
     if not kind:

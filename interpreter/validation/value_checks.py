@@ -9,7 +9,7 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import states_of
-from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.curve_metrics import CurveMetric
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.references.code_consensus import Consensus
@@ -65,10 +65,10 @@ def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
     shares = field in SHARES
     due, given = values.dimension, own.dimension
     if given != due and not (shares and given == units.NONE):
-        name, found = units.named(due), units.named(given)
+        name, found = units.dimension_name(due), units.dimension_name(given)
         more = ", or a share in %" if shares else ""
         yield diagnostic("E204", reference.at(field), f"expected {name}, found {found}", found,
-                         f"the values are {name}: give `{field}` in {units.usual(due)}{more}"
+                         f"the values are {name}: give `{field}` in {units.usual_units(due)}{more}"
                          )  # fmt: skip
     count, each = len(values.values), len(own.values)
     if each not in (1, count):
@@ -99,7 +99,7 @@ def _ends(reference: Declared) -> Iterator[Diagnostic]:
     agreed = isinstance(reference.thing, Consensus)
     for known in reference.thing.each:
         low, high = known.ends
-        value, *ends = (units.show(v, dimension) for v in (known.value, low, high))
+        value, *ends = (units.format_value(v, dimension) for v in (known.value, low, high))
         said = reference.thing.lists[0]
         at = reference.at(said if reference.value(said) is not None else "low" if known.value < low else "high")
         if not low <= known.value <= high:
@@ -160,16 +160,16 @@ def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
         yield diagnostic("E509", metric.at("of"), f"`{of.name}` is an error already, and no measurement", "no number",
                          "name a metric that is measured from nothing: a displacement, a force")  # fmt: skip
         return
-    if isinstance(of.thing, OfCurves):
+    if isinstance(of.thing, CurveMetric):
         yield diagnostic("E509", metric.at("of"), f"`{of.name}` is of the way through all states, and a value is of"
                          " one", "no number of one state",
                          f"expect it directly: `expect abs(MODEL.{of.name} - 12 %) < 1 %`")  # fmt: skip
         return
-    due, given = units.parse(of.thing.unit).dimension, reference.thing.values.dimension
+    due, given = units.parse_unit(of.thing.unit).dimension, reference.thing.values.dimension
     if due != given:
-        name, found = units.named(due), units.named(given)
+        name, found = units.dimension_name(due), units.dimension_name(given)
         yield diagnostic("E204", metric.at("against"), f"expected {name}, found {found}", f"`{reference.name}` is"
-                         f" {found}", f"`{of.name}` is {name}; hold it against values in {units.usual(due)}"
+                         f" {found}", f"`{of.name}` is {name}; hold it against values in {units.usual_units(due)}"
                          )  # fmt: skip
         return
     yield from _relative(metric, reference)

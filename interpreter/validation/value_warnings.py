@@ -15,12 +15,12 @@ from softmark.grammar.diagnostic import Diagnostic, Fix, Remedy
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Location, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.language.scene_states import acting
+from softmark.interpreter.language.scene_states import find_time_dependent
 from softmark.interpreter.metrics.frequency import Frequency
 from softmark.interpreter.planning.run_plan import asked_of
 from softmark.interpreter.vocabulary.amplitude_words import State
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.load_words import PerMass
+from softmark.interpreter.vocabulary.load_words import BodyForce
 from softmark.interpreter.vocabulary.support_words import Bedded, Symmetric
 
 LIGHTEST, HEAVIEST = 10.0, 30_000.0  # kg/m^3: a light foam, and more than osmium
@@ -50,13 +50,13 @@ def _densities(scene: Scene) -> Iterator[Diagnostic]:
             continue
         if not LIGHTEST <= density <= HEAVIEST:
             factor = 1000.0 if density < LIGHTEST else 1e-3
-            meant = units.show(density * factor, DENSITY)
+            meant = units.format_value(density * factor, DENSITY)
             likely = LIGHTEST <= density * factor <= HEAVIEST
             water, at_ = "water has 1000 kg/m^3, or 1 g/cm^3", at("density")
             plain = Fix(meant) if WRITTEN.fullmatch(at_.text) else None
             help = Remedy(f"{water}; did you mean {meant}?", plain) if likely else water
             yield diagnostic("W303", at_,
-                             f"a density of {units.show(density, DENSITY)} is unlikely for a solid",
+                             f"a density of {units.format_value(density, DENSITY)} is unlikely for a solid",
                              "a thousand times off?" if likely else "off by far", help)  # fmt: skip
 
 
@@ -89,13 +89,13 @@ def _convexities(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _pascals(young: float) -> str:
-    return f"{young:.6g} Pa" if young < SOFTEST else units.show(young, units.PRESSURE)
+    return f"{young:.6g} Pa" if young < SOFTEST else units.format_value(young, units.PRESSURE)
 
 
 def _gravities(scene: Scene) -> Iterator[Diagnostic]:
     for declared in scene.of_kind("load").values():
         action = declared.thing.action
-        pull = math.hypot(*action.acceleration) if isinstance(action, PerMass) else 0.0
+        pull = math.hypot(*action.acceleration) if isinstance(action, BodyForce) else 0.0
         if pull > STRONGEST_PULL * (1.0 + 1e-12):  # a direction is of length one but for rounding
             yield diagnostic("W307", declared.at(declared.thing.strength),
                              f"gravity of {pull:g} m/s^2 is {pull / 9.81:.0f} times that of Earth",
@@ -139,7 +139,7 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
     """A state of rest knows no time."""
     if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
-    for declared in acting(scene):
+    for declared in find_time_dependent(scene):
         if declared.thing.course is not None and not isinstance(declared.thing.course, State):
             yield diagnostic("W317", declared.at("course"),
                              f"the course of `{declared.name}` plays no part in a static analysis",

@@ -16,7 +16,7 @@ from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
 from softmark.interpreter.problem.data_sets import located
 from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
 from softmark.solvers.contact.signed_distance import gap_of
-from softmark.solvers.mesh.nearest_points import neighbours
+from softmark.solvers.mesh.nearest_points import build_point_search
 
 if TYPE_CHECKING:
     from softmark.interpreter.metrics.metric_base import Metric
@@ -44,9 +44,9 @@ def limitless_pressure(metric: Metric | None, case: Case, rest: AtRest | None, X
     if not len(places) or not pressed.any():
         return None
     reach = field.edge
-    there = neighbours(places, len(x)).distance(x) < reach
+    there = build_point_search(places, len(x)).distance(x) < reach
     if len(X):  # looked at by places before deformation
-        there &= neighbours(X * flat, len(x)).distance(field.X[field.may] * flat) < reach
+        there &= build_point_search(X * flat, len(x)).distance(field.X[field.may] * flat) < reach
     return f"a sharp edge or tip of `{touch.rigid.name}`" if (there & pressed).any() else None
 
 

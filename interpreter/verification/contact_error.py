@@ -76,7 +76,13 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
     """
     from softmark.interpreter.metrics.force import Force
     from softmark.interpreter.vocabulary.analysis_words import Dynamic
-    from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, PerMass, Tensile
+    from softmark.interpreter.vocabulary.load_words import (
+        BodyForce,
+        LineForce,
+        PointLoad,
+        RemoteStress,
+        SurfaceTraction,
+    )
 
     if not isinstance(metric, Force) or metric.measured_from is not None or isinstance(case.analysis, Dynamic):
         return False
@@ -84,7 +90,10 @@ def is_statically_determinate(case: Case, metric: Metric | None) -> bool:
         return False
     axes = {axis for axis, part in enumerate(metric.along) if part}
     holding = {s.name for s in case.supports if axes & set(getattr(s.thing, "components", (0, 1, 2)))}
-    dead = all(isinstance(load.thing.action, AtPoint | PerArea | PerLength | PerMass | Tensile) for load in case.loads)
+    dead = all(
+        isinstance(load.thing.action, PointLoad | SurfaceTraction | LineForce | BodyForce | RemoteStress)
+        for load in case.loads
+    )
     return dead and not (holding | {touch.name for touch in case.contacts}) - {metric.of}
 
 

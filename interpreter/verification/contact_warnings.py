@@ -15,7 +15,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.language.number_formatting import rounded
+from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.metrics.contact import ContactArea, ContactPressure
 from softmark.interpreter.metrics.pressure_along import PressureAlong
 from softmark.interpreter.models.shared.rigid_contact_setup import longest
@@ -91,7 +91,7 @@ def cut_in(
             yield diagnostic(
                 "W659",
                 declared.at("size"),
-                f"facets of `{declared.name}` cut {units.show(rounded(deep, 2), units.LENGTH)} into"
+                f"facets of `{declared.name}` cut {units.format_value(round_significant(deep, 2), units.LENGTH)} into"
                 f" `{touch.rigid.name}` between their nodes",
                 "too coarse for what presses",
                 _finer(case, touch, mesh, sharpest, deep / most),
@@ -106,9 +106,11 @@ def _finer(case: Case, touch: Touch, mesh: Mesh, sharpest: float, times: float) 
     if 0.0 < sharpest < _longest(case, touch, mesh):
         return "it may have gone through between them: use cells as fine as the least radius of what presses"
     if not sharpest:
-        return f"use some {rounded(times, 2):g} times finer cells: beside an edge what cuts in goes with their size"
-    finer = f"{rounded(times**0.5, 2):g} times finer ones, for what cuts in goes with the square of their size"
-    least = f"cells are as fine as the least radius, {units.show(rounded(sharpest, 2), units.LENGTH)}, already: "
+        return f"use some {round_significant(times, 2):g} times finer cells: beside an edge what cuts in goes with their size"
+    finer = (
+        f"{round_significant(times**0.5, 2):g} times finer ones, for what cuts in goes with the square of their size"
+    )
+    least = f"cells are as fine as the least radius, {units.format_value(round_significant(sharpest, 2), units.LENGTH)}, already: "
     return f"{least if np.isfinite(sharpest) else ''}use some {finer}"
 
 
@@ -124,12 +126,12 @@ def contradicted(declared: Declared, rest: AtRest, metrics: Iterable[Metric]) ->
     for name in sorted(asked & set(rest.touches)):
         touch = rest.touches[name]
         if (times := beyond(touch)) is not None:
-            area = units.show(rounded(touch.area, 3), units.AREA)
-            most = units.show(rounded(touch.pressure, 3), units.PRESSURE)
+            area = units.format_value(round_significant(touch.area, 3), units.AREA)
+            most = units.format_value(round_significant(touch.pressure, 3), units.PRESSURE)
             yield diagnostic(
                 "W660",
                 declared.at("size"),
-                f"`{name}` presses with {rounded(times, 2):g} times what its area of {area} and its greatest pressure"
+                f"`{name}` presses with {round_significant(times, 2):g} times what its area of {area} and its greatest pressure"
                 f" of {most} come to, in `{declared.name}`",
                 "too coarse for an area or a pressure",
                 "use smaller cells, so that a few of them touch: the force is off as well, if by less",
@@ -143,7 +145,9 @@ def held_off(declared: Declared, case: Case, rest: AtRest) -> Iterator[Diagnosti
         if touch is None or rest.reason is not None:
             continue
         if touch.left > WIDE * rest.moved > 0.0:
-            left, moved = (units.show(rounded(own, 2), units.LENGTH) for own in (touch.left, rest.moved))
+            left, moved = (
+                units.format_value(round_significant(own, 2), units.LENGTH) for own in (touch.left, rest.moved)
+            )
             yield diagnostic(
                 "W661",
                 contact.at("distance" if "distance" in contact.fields else ""),

@@ -10,9 +10,9 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.metrics.curve_error import CurveError
 from softmark.interpreter.metrics.curve_geometry import Curve
-from softmark.interpreter.metrics.curve_metrics import OfCurves
-from softmark.interpreter.metrics.metric_base import OfForces
-from softmark.interpreter.metrics.metric_evaluation import course_of, followed
+from softmark.interpreter.metrics.curve_metrics import CurveMetric
+from softmark.interpreter.metrics.metric_base import ForceMetric
+from softmark.interpreter.metrics.metric_evaluation import evaluate_curve, force_history
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.results.error_statements import StatedError
@@ -28,7 +28,7 @@ class CurveAnswer(ProbeAnswer):
 
     along: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reference: Curve | None = None
-    contact: OfForces | None = None  # what a contact does, in its place
+    contact: ForceMetric | None = None  # what a contact does, in its place
 
     @property
     def size(self) -> float:
@@ -48,7 +48,7 @@ class CurveAnswer(ProbeAnswer):
     def _course(self, of: ProbeAnswer) -> Floats:
         if self.contact is not None and self.times is not None:
             try:
-                course = followed(self.contact, of.at_rest)
+                course = force_history(self.contact, of.at_rest)
             except Undefined as undefined:
                 raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
             return np.interp(self.times, course.x, course.y)
@@ -71,8 +71,8 @@ def in_time(scene: Scene, metric: Declared, view: View, measured: Mapping[str, A
     if not isinstance(view.case.analysis, Dynamic) or not isinstance(data, MeasuredCurve):
         return None
     reference = Curve(data.x, data.y, data.u)
-    if isinstance(of, OfForces) and of.followed and view.at_rest is not None and view.at_rest.knows(of.concerned):
-        times, nothing = followed(of, view.at_rest).x, np.zeros((0, 3))
+    if isinstance(of, ForceMetric) and of.followed and view.at_rest is not None and view.at_rest.knows(of.concerned):
+        times, nothing = force_history(of, view.at_rest).x, np.zeros((0, 3))
         return CurveAnswer(nothing, np.zeros((len(times), 0, 3)), times, metric.thing, view.displacement, None, view,
                            view.history, at_rest=view.at_rest, reference=reference, contact=of)  # fmt: skip
     if probe is None:
@@ -91,12 +91,12 @@ def at_rest(
     """Of curves from state to state: what is stated of both metrics in each, as far as that moves the curve."""
     if isinstance(known[-1][0].case.analysis, Dynamic):
         return {}
-    asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, OfCurves)}
+    asked = {n: m.thing for n, m in scene.of_kind("metric").items() if isinstance(m.thing, CurveMetric)}
     return {n: _of_states(scene, thing, known, measured.get(thing.measured_from or "")) for n, thing in asked.items()}
 
 
 def _of_states(
-    scene: Scene, thing: OfCurves, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
+    scene: Scene, thing: CurveMetric, known: Sequence[tuple[View, Mapping[str, StatedError]]], data: Any
 ) -> StatedError:
     """The metric of a curve that is off by what is stated in each state, and by what chords between them leave out."""
     if thing.measured_from is not None and not isinstance(data, MeasuredCurve):
@@ -104,7 +104,7 @@ def _of_states(
     reference = None if data is None else Curve(data.x, data.y, data.u)
     off: list[Floats] = []
     try:
-        course = course_of(scene, thing, [view for view, _ in known])
+        course = evaluate_curve(scene, thing, [view for view, _ in known])
         for name in (thing.of, *([] if thing.over is None else [thing.over])):
             each = [found.get(name, StatedError(reason=NO_ERROR)) for _, found in known]
             if (unknown := next((said for said in each if said.value is None), None)) is not None:

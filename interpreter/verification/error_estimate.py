@@ -23,11 +23,11 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.metrics.curve_metrics import OfCurves
+from softmark.interpreter.metrics.curve_metrics import CurveMetric
 from softmark.interpreter.metrics.frequency import Frequency
-from softmark.interpreter.metrics.metric_base import OfForces
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
-from softmark.interpreter.metrics.trajectory_error import CourseNorm
+from softmark.interpreter.metrics.metric_base import ForceMetric
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
+from softmark.interpreter.metrics.trajectory_error import TrajectoryError
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.models.shared.prepared_model import Prepared
@@ -48,7 +48,7 @@ from softmark.interpreter.verification.probe_errors import TRIFLE, Floats, Probe
 from softmark.interpreter.verification.selection_error import selection
 from softmark.interpreter.verification.solution_under_test import Answer
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.deformed_mesh import Nodal
@@ -121,7 +121,7 @@ class Stated(Answer):
 
     def _discretisation(self, seen: ProbeAnswer) -> float:
         voucher = voucher_of(self.declared.thing)
-        if not isinstance(seen.metric, OfTensors):
+        if not isinstance(seen.metric, TensorMetric):
             self._must_have_limit(seen)
             return self._of_mesh(voucher, seen)
         from softmark.interpreter.verification.stress_singularities import settled
@@ -155,7 +155,7 @@ class Stated(Answer):
 
             if place := limitless_pressure(seen.metric, self.case, seen.at_rest, seen.X):
                 raise Unknown(f"it looks at {place}, where every refinement finds a larger pressure")
-        if not any(isinstance(load.thing.action, AtPoint | PerLength) for load in self.case.loads):
+        if not any(isinstance(load.thing.action, PointLoad | LineForce) for load in self.case.loads):
             return
         from softmark.interpreter.verification.stress_singularities import endless, place_of, unbounded
 
@@ -299,7 +299,7 @@ def stated(
     for name, seen in _asked(scene, result, view, measured, views, asked).items():
         said = _safely(whole, seen) if void is None else StatedError(reason=void)
         found[name] = replace(said, doubts=tuple(doubts))
-    if any(isinstance(m.thing, OfCurves) for m in scene.of_kind("metric").values()):
+    if any(isinstance(m.thing, CurveMetric) for m in scene.of_kind("metric").values()):
         from softmark.interpreter.verification.curve_errors import at_rest
 
         found |= at_rest(scene, [*before, (view, found)], measured)
@@ -348,7 +348,7 @@ def _asked(
     """
     found: dict[str, ProbeAnswer] = {}
     for name, metric in scene.of_kind("metric").items():
-        if isinstance(metric.thing, OfCurves):
+        if isinstance(metric.thing, CurveMetric):
             from softmark.interpreter.verification.curve_errors import in_time
 
             if (course := in_time(scene, metric, view, measured)) is not None:
@@ -373,13 +373,13 @@ def _asked(
 
 def _in_forces(scene: Scene, metric: Any, view: View) -> bool:
     """Whether a metric is about forces that a view knows."""
-    if not isinstance(metric, OfForces) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
+    if not isinstance(metric, ForceMetric) or view.at_rest is None or not view.at_rest.knows(metric.concerned):
         return False
     return metric.body_in(scene) in (None, view.body)
 
 
 def _seen(probe: ProbeResult, metric: Any, view: View) -> ProbeAnswer:
-    course = probe.course is not None and (metric is None or isinstance(metric, CourseNorm))
+    course = probe.course is not None and (metric is None or isinstance(metric, TrajectoryError))
     u, times = (probe.course, probe.times) if course else (probe.displacement, None)
     assert u is not None
     known = (view.history, view.stress, view.at_rest)

@@ -10,9 +10,9 @@ from typing import Any
 from softmark.grammar import tree
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Expectation, Scene
-from softmark.interpreter.language.expectation_conditions import metrics_in, stateless_in, truth
-from softmark.interpreter.language.expression_evaluation import Bad, Evaluator, Place, Quantity, Value
-from softmark.interpreter.language.scene_states import numbers_of
+from softmark.interpreter.language.expectation_conditions import find_metrics, find_stateless_metrics, is_satisfied
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Evaluator, Place, Quantity, Value
+from softmark.interpreter.language.scene_states import find_state_indices
 from softmark.interpreter.planning.run_plan import named_in
 from softmark.interpreter.results.run_report import ExpectationResult, ModelResult, ReferenceResult
 from softmark.interpreter.results.state_results import LEFT_OUT, percent
@@ -27,7 +27,7 @@ def judge(scene: Scene, results: Results, expectation: Expectation, states: Sequ
 
 def _about(expectation: Expectation) -> tuple[tuple[str, str], ...]:
     """The metrics that an expectation names, with whose they are."""
-    return tuple(dict.fromkeys((name.parts[0], name.parts[1]) for name in metrics_in(expectation.node)))
+    return tuple(dict.fromkeys((name.parts[0], name.parts[1]) for name in find_metrics(expectation.node)))
 
 
 def _verdict(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]) -> ExpectationResult:
@@ -39,7 +39,7 @@ def _verdict(scene: Scene, results: Results, expectation: Expectation, states: S
     if left := [name for name in sorted(named & set(results)) if results[name].status in LEFT_OUT]:
         reason = "; ".join(f"{name} was not computed ({results[name].status})" for name in left)
         return ExpectationResult(text, line, None, None, reason=reason, left_out=True)
-    if not states or all(_of_all(scene, name) for name in stateless_in(expectation.node)):
+    if not states or all(_of_all(scene, name) for name in find_stateless_metrics(expectation.node)):
         return _judged(expectation, _Known(scene, results, states))
     each = [_judged(expectation, _Known(scene, results, states, number)) for number in range(len(states))]
     return _in_all(each, states)
@@ -56,18 +56,18 @@ def _judged(expectation: Expectation, known: _Known) -> ExpectationResult:
     place = Place(expectation.location.source, [])
     evaluator = Evaluator(place, known.of, known.scene.vocabulary, known.at)
     try:
-        passed = truth(expectation.node, evaluator)
+        passed = is_satisfied(expectation.node, evaluator)
         relations, values = _first_comparison(expectation.node, evaluator)
     except _NoValue as nothing:
         return ExpectationResult(text, line, None, None, reason=str(nothing))
-    except Bad as bad:
+    except EvaluationError as bad:
         return ExpectationResult(text, line, None, None, reason=str(bad))
     if not values:
         return ExpectationResult(text, line, passed, None)
     if not math.isfinite(values[0].value):
         return ExpectationResult(text, line, None, None, reason="its value is not a finite number")
     first, limits = values[0], tuple(v.value for v in values[1:])
-    unit = units.si(first.dimension)
+    unit = units.si_unit(first.dimension)
     return ExpectationResult(text, line, passed, first.value, unit, relations=relations, limits=limits)
 
 
@@ -105,7 +105,7 @@ class _Known:
         """Of a metric in the state of a value, or of a motion at a time. Raises _NoValue."""
         if not self.states:
             return self._in_time(name, value.value)
-        return self._metric(name, numbers_of(self.states, value.value)[0])
+        return self._metric(name, find_state_indices(self.states, value.value)[0])
 
     def _in_time(self, name: tree.Name, time: float) -> Value:
         """Between the times at which it is known, on a straight line."""
@@ -118,7 +118,7 @@ class _Known:
                 f"{name.text} is not known over time" + (f": {known.reason}" if known and known.reason else "")
             )
         value = float(np.interp(time, known.curve.x, known.curve.y))
-        return Quantity(value, units.parse(known.unit).dimension)
+        return Quantity(value, units.parse_unit(known.unit).dimension)
 
     def _metric(self, name: tree.Name, number: int | None) -> Value:
         owner, metric = name.parts
@@ -129,7 +129,7 @@ class _Known:
             raise _NoValue(f"cells of {owner} are inside out (W351), so that {name.text} is a number of no solid")
         if known is None or known.value is None:
             raise _NoValue(f"{name.text} has no value" + (f": {known.reason}" if known and known.reason else ""))
-        return Quantity(known.value, units.parse(known.unit).dimension)
+        return Quantity(known.value, units.parse_unit(known.unit).dimension)
 
 
 def _first_comparison(node: Any, evaluator: Evaluator) -> tuple[tuple[str, ...], list[Quantity]]:

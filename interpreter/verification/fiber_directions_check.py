@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.language.spatial_profiles import Streams
+from softmark.interpreter.language.spatial_profiles import DirectionProfile
 from softmark.interpreter.models.shared.material_regions import own_points
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
@@ -31,7 +31,7 @@ def vectors(direction: Any, X: Floats) -> tuple[Floats, Floats | None]:
     match direction:
         case Helix():
             return wound(direction, X)
-        case Streams(components=parts):
+        case DirectionProfile(components=parts):
             return np.stack([values(part, X) for part in parts], axis=1), None
         case tuple():
             return np.broadcast_to(np.array(direction, dtype=float), X.shape), None

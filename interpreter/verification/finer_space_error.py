@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.fem.fem_builder import PreparedSolid
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.linear.factorisations import Factor
-    from softmark.solvers.mesh.mesh_refinement import Finer
+    from softmark.solvers.mesh.mesh_refinement import FinerSpace
     from softmark.solvers.statics.finer_space_solve import Below
 
 SHARE = 0.6  # of the memory that is left: what a finer space may take
@@ -47,7 +47,7 @@ class Above:
 
     model: Fem
     case: Case
-    space: Finer
+    space: FinerSpace
     static: PreparedSolid
     state: Floats
     coarse: Callable[[], Below]
@@ -103,15 +103,15 @@ def found(
     """
     from softmark.interpreter.models.fem.fem_builder import at_rest
     from softmark.solvers.linear.factorisations import Singular
-    from softmark.solvers.mesh.mesh_refinement import Unmatched, finer, needs
+    from softmark.solvers.mesh.mesh_refinement import UnmatchedFaces, build_finer_space, estimate_memory
     from softmark.solvers.statics.finer_space_solve import Below, StateLost, settled
     from softmark.solvers.statics.static_equilibrium import NotConverged, equilibrium
 
     model: Fem = declared.thing
     _must_forget(case)
-    _must_fit(needs(solved.mesh))
+    _must_fit(estimate_memory(solved.mesh))
     try:
-        above = finer(solved.mesh, None if model.mesh is not None else case.shape)
+        above = build_finer_space(solved.mesh, None if model.mesh is not None else case.shape)
         thing = _freed(model, typical(case, solved.mesh), above.mesh.kind)
         budget.check()
         static, _ = at_rest(thing, replace(declared, thing=thing), case, Workshop(scene=scene), above.mesh)
@@ -129,7 +129,7 @@ def found(
             state = settled(problem.assembly, x, coarse, budget.check)
     except NotConverged as error:
         raise Unknown(f"the finer space has no equilibrium near ({error.reason})") from error
-    except (Unmatched, StateLost, Singular) as error:
+    except (UnmatchedFaces, StateLost, Singular) as error:
         raise Unknown(str(error) or "the cells of its mesh do not match across their faces") from error
     if not problem.sound(state):
         raise Unknown("cells of the finer space are inside out")

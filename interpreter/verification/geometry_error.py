@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 if TYPE_CHECKING:
     from softmark.interpreter.verification.probe_errors import ProbeAnswer
@@ -21,7 +21,7 @@ STIFFER = 2.0  # times the share of the volume
 def facets(whole: Answer) -> dict[str, Callable[[ProbeAnswer], float]]:
     """The part of the stated error that comes of facets; none where the mesh is not made of them, or none is curved."""
     shape = whole.case.shape
-    if not isinstance(shape, Enclosed):
+    if not isinstance(shape, SurfaceBody):
         return {}
     from softmark.interpreter.models.shared.filled_mesh_notes import facts
 

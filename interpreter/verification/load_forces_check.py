@@ -21,7 +21,15 @@ from softmark.interpreter.problem.group_conditions import apart, of_facets
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import by_sides, settled_of
 from softmark.interpreter.verification.cell_materials_check import alone
 from softmark.interpreter.verification.unverified_models import Unchecked
-from softmark.interpreter.vocabulary.load_words import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.interpreter.vocabulary.load_words import (
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    PressureLoad,
+    RemoteStress,
+    SurfaceTraction,
+)
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
@@ -54,25 +62,25 @@ def loads_on(case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tupl
 
 def _load(action: Any, case: Case, mesh: Moved, u: Floats, small: bool, mass: str) -> tuple[Floats, float]:
     match action:
-        case PerMass(acceleration=g):
+        case BodyForce(acceleration=g):
             carried = np.zeros(len(mesh.points))
             for own, which in alone(case, mesh):
                 body = (mesh.points, mesh.cells[which], mesh.kind)
                 rules = mass_points(own, mesh.mesh, which)
                 carried += solid_forces.weights_of(*body, _density(own), mass, len(mesh.points), case.depth, rules)
             return carried[:, None] * np.array(g), 0.0
-        case PerArea(traction=traction):
+        case SurfaceTraction(traction=traction):
             t = np.array(traction)
             return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: np.linalg.norm(dA, axis=-1)[..., None] * t)
-        case Tensile(stress=stress, direction=direction):
+        case RemoteStress(stress=stress, direction=direction):
             d = np.array(direction)
             return _pushed(action, case, mesh.mesh, mesh.points, lambda dA: (stress * (dA @ d))[..., None] * d)
-        case Follower(pressure=pressure):
+        case PressureLoad(pressure=pressure):
             surface, p = mesh.points if small else mesh.points + u, float(pressure)
             return _pushed(action, case, mesh.mesh, surface, lambda dA: -p * dA)
-        case Turning():
+        case MomentLoad():
             return _turned(action, case, mesh.mesh, mesh.points if small else mesh.points + u)
-        case AtPoint() | PerLength():
+        case PointLoad() | LineForce():
             from softmark.interpreter.verification import point_and_line_loads_check  # which no other load needs
 
             return point_and_line_loads_check.placed(action, case, mesh)
@@ -89,7 +97,11 @@ def _density(case: Case) -> Any:
 
 
 def _pushed(
-    load: PerArea | Tensile | Follower, case: Case, mesh: Mesh, surface: Floats, push: Callable[[Floats], Floats]
+    load: SurfaceTraction | RemoteStress | PressureLoad,
+    case: Case,
+    mesh: Mesh,
+    surface: Floats,
+    push: Callable[[Floats], Floats],
 ) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, of a load on the selected part of a surface through nodes `surface` (n, 3), m.
 
@@ -98,7 +110,7 @@ def _pushed(
     found: Floats = np.zeros_like(surface)
     unsure = 0.0
     for whole, (f, xi, w), (g, left) in selected(load.where, case, mesh):
-        if isinstance(load, Tensile | Follower) or whole.shape[1] == 3:
+        if isinstance(load, RemoteStress | PressureLoad) or whole.shape[1] == 3:
             found += solid_forces.surface_forces(surface, whole, push, case.depth)
         else:
             for each, at, weights in sampled(whole):
@@ -118,7 +130,7 @@ def _asked(case: Case, mesh: Mesh, where: Condition) -> Iterator[tuple[Condition
             yield condition, np.flatnonzero(own & beside), out
 
 
-def _turned(load: Turning, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
+def _turned(load: MomentLoad, case: Case, mesh: Mesh, surface: Floats) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, of a moment on the selected part of a surface that lies at `surface` (n, 3), m, now.
 
     And the norm of what is not sure of them, N. Point by point: t = c x (x - middle), int (x - middle) x t dA = moment.

@@ -152,9 +152,9 @@ def _asked(case: Any, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, 
 def _pressure(split: Mixed, mesh: Moved, part: Mesh, which: Any, way: str, F: Floats, w: Floats) -> Floats:
     """What keeps the volume of cells, at their points (k,), Pa: an unknown, or M times the mean of the constraint."""
     if way == "mixed" and mesh.pressures is not None:
-        from softmark.solvers.mesh.pressure_interpolation import pressures
+        from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
-        found: Floats = mesh.pressures[which] @ pressures(part, part.element.quadrature()).N.T
+        found: Floats = mesh.pressures[which] @ build_pressure_space(part, part.element.quadrature()).N.T
         return found.ravel()
     size = w.reshape(len(part.cells), -1)
     g = split.constraint.value(F).reshape(size.shape)
@@ -164,9 +164,9 @@ def _pressure(split: Mixed, mesh: Moved, part: Mesh, which: Any, way: str, F: Fl
 
 def _strained(case: Any, mesh: Moved, which: Any) -> tuple[Floats, Floats]:
     """F at the points of integration of some cells (k, 3, 3), and their volumes (k,), m^3; of a plate in its plane."""
-    from softmark.solvers.mesh.element_interpolation import integration
+    from softmark.solvers.mesh.element_interpolation import integrate_cells
 
-    own, cells = integration(mesh.mesh), mesh.mesh.cells[which]
+    own, cells = integrate_cells(mesh.mesh), mesh.mesh.cells[which]
     u = np.asarray(mesh.displacement, dtype=np.float64)[cells]
     F = np.eye(3) + np.matmul(u.transpose(0, 2, 1)[:, None], own.dNdX[which])
     w = own.w[which]
@@ -202,9 +202,9 @@ def said(declared: Declared, found: Mapping[str, Any]) -> Iterator[Diagnostic]:
 
 
 def _share(known: Mapping[str, Any]) -> str:
-    return f"{units.show_share(known['share'])} of the volume"
+    return f"{units.format_volume_fraction(known['share'])} of the volume"
 
 
 def _where(known: Mapping[str, Any]) -> str:
     stretches = ", ".join(f"{s:.3g}" for s in known["stretches"])
-    return f"{units.show_all(known['at_m'], units.LENGTH)}, where its principal stretches are {stretches}"
+    return f"{units.format_vector(known['at_m'], units.LENGTH)}, where its principal stretches are {stretches}"

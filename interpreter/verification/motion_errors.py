@@ -15,8 +15,8 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.language.number_formatting import rounded
-from softmark.interpreter.metrics.metric_base import Metric, OfDisplacements
+from softmark.interpreter.language.number_formatting import round_significant
+from softmark.interpreter.metrics.metric_base import DisplacementMetric, Metric
 from softmark.interpreter.problem.solution import View
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.records import dataclass
@@ -44,7 +44,7 @@ def error_of(view: View, metric: Metric | None, probe: ProbeResult | None) -> Me
     if view.step_errors is None or (found := view.step_errors()) is None:
         return None
     modes = found.modes
-    at_end = metric is not None and (isinstance(metric, OfDisplacements) or metric.direction is not None)
+    at_end = metric is not None and (isinstance(metric, DisplacementMetric) or metric.direction is not None)
     if probe is None or probe.course is None or probe.times is None or not _about_motion(metric):
         own, off = modes.motion * modes.frequencies, modes.error * modes.frequencies
         most = float(np.linalg.norm(own, axis=1).max(initial=0.0))
@@ -74,7 +74,7 @@ def _compared(u: Floats, motion: Floats, error: Floats, shapes: Floats, modes: A
 
 
 def _about_motion(metric: Metric | None) -> bool:
-    return metric is None or isinstance(metric, OfDisplacements) or metric.unit in ("m", "1", "s")
+    return metric is None or isinstance(metric, DisplacementMetric) or metric.unit in ("m", "1", "s")
 
 
 def _component(u: Floats, along: tuple[float, float, float] | None) -> Floats:
@@ -103,15 +103,17 @@ def step_doubts(scene: Scene, declared: Declared, view: View, notes: tuple[Diagn
     if not wrong:
         return ()
     worst = wrong[0][1]
-    period = units.show(rounded(worst.period, 3), units.TIME)
+    period = units.format_value(round_significant(worst.period, 3), units.TIME)
     order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
-    better = units.show(rounded(analysis.step * (0.5 * WRONG / min(worst.relative, 1.0)) ** order, 1), units.TIME)
+    better = units.format_value(
+        round_significant(analysis.step * (0.5 * WRONG / min(worst.relative, 1.0)) ** order, 1), units.TIME
+    )
     return (
         diagnostic(
             "W420",
             declared.at(),
             f"the time step of `{declared.name}` leaves an error of {' and '.join(map(_in_words, wrong[:3]))}",
-            f"a step of {units.show(analysis.step, units.TIME)}",
+            f"a step of {units.format_value(analysis.step, units.TIME)}",
             f"vibrations with a period of {period} carry it, {worst.period / analysis.step:.2g} steps long: try a step"
             f" of {better} or less",
         ),
@@ -138,4 +140,4 @@ def _in_words(pair: tuple[str, MetricError]) -> str:
     share = f"{100 * error.relative:.2g} % of its largest value"
     if error.length is None:
         return f"about {share} in `{name}`"
-    return f"about {units.show(rounded(error.length, 2), units.LENGTH)} in `{name}`, {share}"
+    return f"about {units.format_value(round_significant(error.length, 2), units.LENGTH)} in `{name}`, {share}"

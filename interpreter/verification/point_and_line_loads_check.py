@@ -16,10 +16,10 @@ from scipy.sparse import coo_array
 from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.unverified_models import Unchecked
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.solid_forces import Floats, Ints
-from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 RULES = (5, 8)  # points on a stretch
@@ -30,12 +30,12 @@ BEYOND = 0.2  # of local coordinates: no iteration leaves its cell by more
 SAME, CLOSE = 1e-9, 1e-6  # of the extent: how near a point is found in its cell, and by a linear continuation
 
 
-def placed(load: AtPoint | PerLength, case: Case, mesh: Moved) -> tuple[Floats, float]:
+def placed(load: PointLoad | LineForce, case: Case, mesh: Moved) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, and how much of them, in N, is not sure. Raises Unchecked."""
-    return along_line(load, mesh.mesh) if isinstance(load, PerLength) else (_at_points(load, case, mesh), 0.0)
+    return along_line(load, mesh.mesh) if isinstance(load, LineForce) else (_at_points(load, case, mesh), 0.0)
 
 
-def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
+def _at_points(load: PointLoad, case: Case, mesh: Moved) -> Floats:
     """The force at its point; of a plane body spread along z by Simpson's rule."""
     if not case.planar:
         return _at_point(load, mesh)
@@ -46,7 +46,7 @@ def _at_points(load: AtPoint, case: Case, mesh: Moved) -> Floats:
     return found
 
 
-def _at_point(load: AtPoint, mesh: Moved) -> Floats:
+def _at_point(load: PointLoad, mesh: Moved) -> Floats:
     """The force at the nodes around its point: their shares add up to one, and their places to the point."""
     nodes, N = _within_cells(mesh.mesh, np.array([load.at]))
     found: Floats = np.zeros_like(mesh.points)
@@ -60,7 +60,7 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     Points outside their cell, where a mesh cuts off a curved surface, keep the linear continuation of `locate`.
     Raises Unchecked if the shape functions do not reproduce the point.
     """
-    place = locate(mesh, X)
+    place = locate_points(mesh, X)
     corners, kind, N = mesh.points[place.nodes], mesh.kind, place.N.copy()
     low, high = solid_forces.places(kind).min(axis=0), solid_forces.places(kind).max(axis=0)
     xi = np.tile(solid_forces.places(kind).mean(axis=0), (len(X), 1))
@@ -78,7 +78,7 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     return place.nodes, N
 
 
-def along_line(load: PerLength, mesh: Mesh) -> tuple[Floats, float]:
+def along_line(load: LineForce, mesh: Mesh) -> tuple[Floats, float]:
     """Nodal forces (n, 3), N, of a force along a line, and how much of them, in N, is not sure."""
     begin, way = np.array(load.begin), np.array(load.end) - np.array(load.begin)
     found, unsure = np.zeros(len(mesh.points)), 0.0

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.metrics.measurement import Known
-from softmark.interpreter.metrics.measurement import Seen as Looked
-from softmark.interpreter.metrics.metric_base import Metric, OfDisplacements, OfForces
-from softmark.interpreter.metrics.metric_evaluation import measured_by
+from softmark.interpreter.metrics.measurement import MetricInput as Looked
+from softmark.interpreter.metrics.measurement import ReferenceData
+from softmark.interpreter.metrics.metric_base import DisplacementMetric, ForceMetric, Metric
+from softmark.interpreter.metrics.metric_evaluation import measure_metric
 from softmark.interpreter.metrics.probe_samples import ProbePlace, ProbeSamples
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.prepared_model import Solution
 from softmark.interpreter.problem.solution import View
@@ -93,7 +93,7 @@ class ProbeAnswer:
     @property
     def in_displacements(self) -> bool:
         """Whether it is about displacements, so that an error of these relative to their size is one of it."""
-        plain = self.metric is None or isinstance(self.metric, OfDisplacements)
+        plain = self.metric is None or isinstance(self.metric, DisplacementMetric)
         return plain or self.times is not None or (self.unit == "m" and not self.in_forces)
 
     @property
@@ -106,7 +106,7 @@ class ProbeAnswer:
     @property
     def tensors_at_one(self) -> bool:
         """Return whether the metric is a stress or strain at one point, at the end."""
-        plain = isinstance(self.metric, OfTensors) and self.metric.measured_from is None
+        plain = isinstance(self.metric, TensorMetric) and self.metric.measured_from is None
         return plain and len(self.X) == 1 and self.times is None
 
     def around(self, X: Floats, other: Solution) -> float:
@@ -133,7 +133,7 @@ class ProbeAnswer:
     @property
     def in_forces(self) -> bool:
         """Whether it is about forces, which displacements at points do not tell."""
-        return isinstance(self.metric, OfForces)
+        return isinstance(self.metric, ForceMetric)
 
     @property
     def unit(self) -> str:
@@ -145,16 +145,16 @@ class ProbeAnswer:
         """What an error that is relative to the displacements is multiplied by, in its unit."""
         if self.unit == "m" and not self.in_forces:
             return float(np.linalg.norm(self.u, axis=-1).max(initial=0.0))
-        if isinstance(self.metric, OfTensors):
+        if isinstance(self.metric, TensorMetric):
             return self._of_tensors(self.metric)
-        if isinstance(self.metric, OfForces):
+        if isinstance(self.metric, ForceMetric):
             try:
                 return self.metric.at_points(self.X).extent(self.at_rest)
             except Undefined as undefined:
                 raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
         return abs(self.value) if self.unit == "s" else 1.0
 
-    def _of_tensors(self, metric: OfTensors) -> float:
+    def _of_tensors(self, metric: TensorMetric) -> float:
         """The value, or what tensors of the body come to: where a component is zero, an error of it is not."""
         if self.stress is None:
             raise Unknown(NO_ERROR)
@@ -169,11 +169,11 @@ class ProbeAnswer:
         A force that is nothing by symmetry is the difference of some that are not.
         """
         rest = self.at_rest
-        if rest is None or not rest.knows(self.metric.concerned if isinstance(self.metric, OfForces) else None):
+        if rest is None or not rest.knows(self.metric.concerned if isinstance(self.metric, ForceMetric) else None):
             return self.size
         if self.unit == "m":
             return max(self.size, rest.moved)
-        known = isinstance(self.metric, OfForces) and self.metric.measured_from is None
+        known = isinstance(self.metric, ForceMetric) and self.metric.measured_from is None
         return max(self.size, self.metric.acting(rest)) if known else self.size  # type: ignore[union-attr]
 
     def beside(self, apart: float) -> float:
@@ -203,9 +203,9 @@ class ProbeAnswer:
             raise Unknown("another solution is not finite")
         if self.metric is None or self.times is not None:
             return self._norm(other)
-        if isinstance(self.metric, OfForces):
+        if isinstance(self.metric, ForceMetric):
             return self._forces_apart(self.metric, other)
-        if isinstance(self.metric, OfTensors):
+        if isinstance(self.metric, TensorMetric):
             return self._tensors_apart(self.metric, other)
         if self.unit == "m":
             return self._distance(other)
@@ -213,7 +213,7 @@ class ProbeAnswer:
             return abs(self._measured(other, None) - self.value)
         if self.metric.summed_by.endswith("sd"):
             raise Unknown(f"{NO_ERROR}: a spread is no distance of two solutions")
-        return self._measured(other, Known(self.view.name if self.view else "", self.u, self.field))
+        return self._measured(other, ReferenceData(self.view.name if self.view else "", self.u, self.field))
 
     def change(self, other: ProbeAnswer) -> float:
         """Return the change of the metric's value from one of two nested solutions to the other, in the metric's unit.
@@ -222,17 +222,17 @@ class ProbeAnswer:
         Unknown.
         """
         plain = self.metric is not None and self.metric.measured_from is None and self.times is None
-        if plain and isinstance(self.metric, OfForces | OfTensors):
+        if plain and isinstance(self.metric, ForceMetric | TensorMetric):
             return abs(self._measured(other, None) - self.value)
         return self.apart(other)
 
-    def _forces_apart(self, metric: OfForces, other: ProbeAnswer) -> float:
+    def _forces_apart(self, metric: ForceMetric, other: ProbeAnswer) -> float:
         try:
             return metric.at_points(self.X).apart(other.at_rest, self.at_rest)
         except Undefined as undefined:
             raise Unknown(f"{NO_ERROR}: {undefined}") from undefined
 
-    def _tensors_apart(self, metric: OfTensors, other: ProbeAnswer) -> float:
+    def _tensors_apart(self, metric: TensorMetric, other: ProbeAnswer) -> float:
         if self.stress is None or other.stress is None:
             raise Unknown(NO_ERROR)
         own, theirs = self.stress, other.stress
@@ -245,7 +245,7 @@ class ProbeAnswer:
         weights, domain = (None, None) if view is None else (view.weights.get(name), view.domains.get(name))
         return ProbePlace(self.X, None if self.probe is None else self.probe.triangles, weights, domain)
 
-    def _samples(self, metric: OfTensors, field: Any) -> ProbeSamples:
+    def _samples(self, metric: TensorMetric, field: Any) -> ProbeSamples:
         return metric.samples(self.place, field)
 
     def _of_stress(self, number: Callable[[Any, Any], float], own: Callable[[], Any]) -> float:
@@ -277,7 +277,7 @@ class ProbeAnswer:
                 return float(distances.max())
         return float(np.sqrt(np.mean(distances**2)))
 
-    def _measured(self, other: ProbeAnswer, known: Known | None) -> float:
+    def _measured(self, other: ProbeAnswer, known: ReferenceData | None) -> float:
         """The metric of another solution. Raises Unknown."""
         view, probe, metric = self.view, self.probe, self.metric
         if view is None or probe is None or metric is None:
@@ -289,6 +289,6 @@ class ProbeAnswer:
             domain=view.domains.get(metric.looked_at or ""),
         )  # fmt: skip
         try:
-            return measured_by(metric, looked).value
+            return measure_metric(metric, looked).value
         except Undefined as undefined:
             raise Unknown(f"{NO_ERROR}: {undefined}") from undefined

@@ -17,7 +17,7 @@ from softmark.interpreter.models.postprocessing.reaction_and_work import at_rest
 from softmark.interpreter.results.reaction_results import Reaction
 from softmark.interpreter.verification.load_forces_check import MOST_UNSURE
 from softmark.interpreter.verification.unverified_models import Unchecked
-from softmark.interpreter.vocabulary.load_words import Follower, PerArea, Tensile, Turning
+from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, RemoteStress, SurfaceTraction
 from softmark.interpreter.vocabulary.self_contact_words import Tied
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
@@ -104,7 +104,10 @@ def _unsure(case: Case) -> float:
     """How much of the loads, relative, was perhaps not found again: near the borders of what is loaded."""
     return (
         MOST_UNSURE
-        if any(isinstance(load.thing.action, PerArea | Tensile | Follower | Turning) for load in case.loads)
+        if any(
+            isinstance(load.thing.action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
+            for load in case.loads
+        )
         else EXACT
     )
 

@@ -54,7 +54,7 @@ class Limit:
         """`quads: order 1.93, within 0.01 mm`."""
         order = "no order" if self.order is None else f"order {self.order:.2f}"
         doubt = f" ({self.doubt})" if self.doubt else ""
-        return f"{self.name}: {order}{doubt}, within {units.show(self.estimate, units.LENGTH)}"
+        return f"{self.name}: {order}{doubt}, within {units.format_value(self.estimate, units.LENGTH)}"
 
 
 @dataclass(frozen=True)
@@ -185,14 +185,14 @@ def combined(limits: Sequence[Limit], where: Sampled) -> tuple[Limit, float]:
     for (a, u), (b, v) in combinations(zip(limits, fields, strict=True), 2):
         apart = largest(u - v)
         if apart > APART * (a.estimate + b.estimate):
-            raise Unsettled(f"its methods contradict each other: they are {units.show(apart, units.LENGTH)} apart; "
+            raise Unsettled(f"its methods contradict each other: they are {units.format_value(apart, units.LENGTH)} apart; "
                             f"{a.words()}; {b.words()}")  # fmt: skip
     best = min(range(len(limits)), key=lambda i: limits[i].estimate)
     error = max(limits[best].estimate, *(largest(u - fields[best]) for u in fields))
     whole = largest(fields[best])
     if error > LARGEST * whole:
         told = "; ".join(own.words() for own in limits)
-        size, most = units.show(error, units.LENGTH), units.show(whole, units.LENGTH)
+        size, most = units.format_value(error, units.LENGTH), units.format_value(whole, units.LENGTH)
         raise Unsettled(f"its error of {size} is more than {100 * LARGEST:g} % of the largest displacement, {most}; "
                         f"{told}; refine further")  # fmt: skip
     return limits[best], error
@@ -224,7 +224,7 @@ def settled(
     steps = [(method, size) for method in methods for size in sizes]
     members = []
     for number, (method, size) in enumerate(steps, start=1):
-        told = f"{reference.name}: {method.declared.name}, size = {units.show(size, units.LENGTH)}"
+        told = f"{reference.name}: {method.declared.name}, size = {units.format_value(size, units.LENGTH)}"
         say("reference", f"{told} ({number} of {len(steps)})")
         members.append(_member(method, size, Workshop(scene=scene, measured=measured)))
     families = [members[i : i + len(sizes)] for i in range(0, len(members), len(sizes))]
@@ -259,7 +259,7 @@ def _unheld(case: Case, members: Sequence[Member]) -> str | None:
     for member in members:
         for name, own in grips(case, member.mesh).items():
             if own.held < 1.0 or own.beyond > 0.0:
-                size = units.show(member.size, units.LENGTH)
+                size = units.format_value(member.size, units.LENGTH)
                 return f"cells of {size} hold {100 * own.held:.3g} % of what `{name}` selects"
     return None
 
@@ -274,7 +274,7 @@ def _member(method: Method, size: float, workshop: Workshop) -> Member:
     solution: Solution = prepared.solve(lambda iteration: None)
     spent = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
     if solution.displacement is None or solution.mesh is None:
-        where = f"`{declared.name}` at a size of {units.show(size, units.LENGTH)}"
+        where = f"`{declared.name}` at a size of {units.format_value(size, units.LENGTH)}"
         raise Unsettled(f"{where} has no solution: {solution.message}")
     mesh = solution.mesh.mesh
     actual = float(mesh.volumes.sum() / len(mesh.cells)) ** (1 / 3)

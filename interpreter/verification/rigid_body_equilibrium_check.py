@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.interpreter.verification.contact_forces_check import of_contact
 from softmark.interpreter.verification.unverified_models import Unchecked
-from softmark.interpreter.vocabulary.load_words import PerMass
+from softmark.interpreter.vocabulary.load_words import BodyForce
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import Moved
@@ -53,7 +53,7 @@ def _loads(touch: Touch) -> Floats:
     found, thing = [0.0], touch.rigid.thing
     for load in touch.loads:
         action = load.thing.action
-        if not isinstance(action, PerMass):
+        if not isinstance(action, BodyForce):
             found.append(action.force[touch.along])
             continue
         mass = thing.mass

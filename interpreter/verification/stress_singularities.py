@@ -19,16 +19,16 @@ import numpy as np
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.metrics.metric_base import Metric
 from softmark.interpreter.metrics.strain_energy import StrainEnergy
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.metrics.work import LoadWork
 from softmark.interpreter.models.shared.support_selection import grip
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.grid_convergence import HOPELESS
 from softmark.interpreter.verification.probe_errors import ProbeAnswer, Unknown
 from softmark.interpreter.verification.solution_under_test import Answer
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
-from softmark.solvers.mesh.nearest_points import neighbours
-from softmark.solvers.mesh.plane_boundary import bordering
+from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
+from softmark.solvers.mesh.nearest_points import build_point_search
+from softmark.solvers.mesh.plane_boundary import is_on_border
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,12 +46,12 @@ UNSETTLED = 0.25  # relative: what refinement may change by more than that may h
 
 def limitless(metric: Metric | None, case: Case, mesh: Mesh | None, X: Floats) -> str | None:
     """Why a metric of stress or strain has no limit: what it looks at within a cell of such a place. None if it has."""
-    if not isinstance(metric, OfTensors) or metric.over == "mean" or mesh is None or not len(X):
+    if not isinstance(metric, TensorMetric) or metric.over == "mean" or mesh is None or not len(X):
         return None
     near = _edge(mesh)
     for name, places in _places(case, mesh):
         places = places * (1.0, 1.0, 0.0) if case.planar else places  # the same for all z
-        if neighbours(places, len(X)).distance(X).min() < near:
+        if build_point_search(places, len(X)).distance(X).min() < near:
             return name
     return None
 
@@ -63,7 +63,7 @@ def settled(answer: Answer, seen: ProbeAnswer, voucher: Voucher) -> float:
     stress itself grows; where it has a limit they come to agree, however coarse the mesh is.
     """
     metric = seen.metric
-    assert isinstance(metric, OfTensors)
+    assert isinstance(metric, TensorMetric)
     if place := limitless(metric, answer.case, answer.prepared.mesh, seen.place.looked_at(metric.over)):
         raise Unknown(f"it looks at {place}, where every refinement finds a larger stress")
     found = voucher.discretisation(answer, seen)
@@ -83,7 +83,7 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     """Points (n, 3) of the mesh where stress has no limit, with words for each kind."""
     held, facets = held_directions(case, mesh), mesh.facets
     if case.planar:  # the border of its region: its faces are no surface
-        facets = facets[bordering(mesh.points, facets)]
+        facets = facets[is_on_border(mesh.points, facets)]
     of_facets = np.all(held[facets], axis=1)  # (f, 3)
     free = ~np.any(of_facets, axis=1)
     rim = _rim(facets, np.all(of_facets, axis=1), free)
@@ -97,9 +97,9 @@ def _places(case: Case, mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     if len(ends):
         yield "the edge where parts of different materials end on the surface", mesh.points[ends]
     for load in case.loads:
-        if isinstance(load.thing.action, AtPoint):
+        if isinstance(load.thing.action, PointLoad):
             yield place_of(load), np.array([load.thing.action.at])
-        if isinstance(load.thing.action, PerLength):
+        if isinstance(load.thing.action, LineForce):
             yield place_of(load), _points_along(load.thing.action, _edge(mesh))
 
 
@@ -114,7 +114,7 @@ def unbounded(case: Case, mesh: Mesh | None, X: Floats, u: Floats) -> Declared |
     level = (1.0, 1.0, 0.0) if case.planar else (1.0, 1.0, 1.0)  # of a plane body the same for all z
     moved, edge = np.linalg.norm(u, axis=-1).reshape(-1, len(X)).max(axis=0), _edge(mesh)
     for load in case.loads:
-        if isinstance(action := load.thing.action, AtPoint | PerLength):
+        if isinstance(action := load.thing.action, PointLoad | LineForce):
             near = np.linalg.norm(level * (X - _nearest(action, X)), axis=1) < edge
             if np.any(near & (_dent(action, case, edge) > TRIFLE * moved)):
                 return load
@@ -128,19 +128,19 @@ def endless(metric: Metric, case: Case, mesh: Mesh | None, value: float) -> Decl
     for load in case.loads:
         if isinstance(metric, LoadWork) and load.name != metric.of:
             continue
-        if isinstance(action := load.thing.action, AtPoint | PerLength):
-            length = action.length if isinstance(action, PerLength) else 1.0
+        if isinstance(action := load.thing.action, PointLoad | LineForce):
+            length = action.length if isinstance(action, LineForce) else 1.0
             work = length * float(np.linalg.norm(action.force)) * _dent(action, case, _edge(mesh))
             if work > TRIFLE * abs(value):
                 return load
     return None
 
 
-def _dent(action: AtPoint | PerLength, case: Case, edge: float) -> float:
+def _dent(action: PointLoad | LineForce, case: Case, edge: float) -> float:
     """What refinement adds to the displacement under a force, m, by its order: Boussinesq's and Flamant's."""
     young = min(material.young for material in case.typical)
-    across = edge if isinstance(action, AtPoint) else 1.0  # of a line its force is per length already
-    if case.planar and isinstance(action, AtPoint):
+    across = edge if isinstance(action, PointLoad) else 1.0  # of a line its force is per length already
+    if case.planar and isinstance(action, PointLoad):
         across = case.body.thing.thickness
     dent: float = np.linalg.norm(action.force) / (young * across)
     return dent
@@ -148,20 +148,20 @@ def _dent(action: AtPoint | PerLength, case: Case, edge: float) -> float:
 
 def place_of(load: Declared) -> str:
     """Where a force on a point or along a line acts, in words."""
-    how = "line that `{}` acts along" if isinstance(load.thing.action, PerLength) else "point that `{}` acts at"
+    how = "line that `{}` acts along" if isinstance(load.thing.action, LineForce) else "point that `{}` acts at"
     return f"the {how.format(load.name)}"
 
 
-def _nearest(action: AtPoint | PerLength, X: Floats) -> Floats:
+def _nearest(action: PointLoad | LineForce, X: Floats) -> Floats:
     """The points nearest to X (n, 3) of those that a force acts at (n, 3), or (1, 3)."""
-    if isinstance(action, AtPoint):
+    if isinstance(action, PointLoad):
         return np.array([action.at])
     begin, way = np.array(action.begin), np.array(action.end) - np.array(action.begin)
     nearest: Floats = begin + np.clip((X - begin) @ way / (way @ way), 0.0, 1.0)[:, None] * way
     return nearest
 
 
-def _points_along(line: PerLength, step: float) -> Floats:
+def _points_along(line: LineForce, step: float) -> Floats:
     """Points (n, 3) of a line, m, no farther apart than half a step."""
     s = np.linspace(0.0, 1.0, 2 + int(2.0 * line.length / step))
     found: Floats = np.array(line.begin) + s[:, None] * (np.array(line.end) - np.array(line.begin))

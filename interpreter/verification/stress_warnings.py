@@ -12,14 +12,14 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.metrics.metric_base import OfDisplacements
-from softmark.interpreter.metrics.metric_evaluation import measured_by, seen_of
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
+from softmark.interpreter.metrics.metric_evaluation import collect_metric_input, measure_metric
 from softmark.interpreter.metrics.probe_samples import ProbePlace
-from softmark.interpreter.metrics.tensor_metrics import OfTensors, field_of
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric, stress_field_of
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.prepared_model import Prepared
 from softmark.interpreter.problem.solution import View
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength
+from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 
 if TYPE_CHECKING:
     from softmark.interpreter.verification.surface_traction_check import TractionMismatch
@@ -34,14 +34,14 @@ CANCELLED = 1e-8
 
 def asks(scene: Scene) -> bool:
     """Whether a scene asks for stress or strain."""
-    return any(isinstance(m.thing, OfTensors) for m in scene.of_kind("metric").values())
+    return any(isinstance(m.thing, TensorMetric) for m in scene.of_kind("metric").values())
 
 
 def unresolved(scene: Scene, view: View, prepared: Prepared) -> tuple[Diagnostic, ...]:
     """Warnings about metrics of stress and strain whose value has no limit, or lies where cells do not agree."""
-    asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, OfTensors)]
+    asked = [m for m in scene.of_kind("metric").values() if isinstance(m.thing, TensorMetric)]
     found = [d for metric in asked for d in _said(metric, view, prepared, scene.declared[view.name].thing)]
-    if any(isinstance(load.thing.action, AtPoint | PerLength) for load in view.case.loads):
+    if any(isinstance(load.thing.action, PointLoad | LineForce) for load in view.case.loads):
         found += _under_forces(scene, view, prepared)
     if view.case.contacts:
         found += _under_edges(scene, view)
@@ -72,13 +72,13 @@ def _under_forces(scene: Scene, view: View, prepared: Prepared) -> Iterator[Diag
 
     for metric in scene.of_kind("metric").values():
         seen = view.probes.get(metric.thing.looked_at or "")
-        if not isinstance(metric.thing, OfDisplacements) or metric.thing.summed_by != "max" or seen is None:
+        if not isinstance(metric.thing, DisplacementMetric) or metric.thing.summed_by != "max" or seen is None:
             continue
         last = slice(-1 if metric.thing.last else 0, None)
         if seen.displacement is None:
             continue
         if load := unbounded(view.case, prepared.mesh, seen.points[last], seen.displacement[last]):
-            line = isinstance(load.thing.action, PerLength) or view.case.planar
+            line = isinstance(load.thing.action, LineForce) or view.case.planar
             grows = "by the logarithm of the size of cells" if line else "as one over the size of cells"
             yield diagnostic(
                 "W384",
@@ -107,7 +107,7 @@ def _beside_ends(metric: Declared, view: View, thing: Any) -> Iterator[Diagnosti
 def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnostic]:
     """Of points in cells that a border of parts passes through, or beside these, which agree and are wrong together."""
     from softmark.interpreter.models.shared.region_cells import owners
-    from softmark.solvers.mesh.element_interpolation import locate
+    from softmark.solvers.mesh.element_interpolation import locate_points
 
     own = owners(view.case, mesh)
     mixed = np.take_along_axis(own.shares, own.cells[None], axis=0)[0] < 1.0 - MIXED
@@ -115,7 +115,7 @@ def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnost
         return
     touched = np.zeros(len(mesh.points), dtype=np.bool_)
     touched[mesh.cells[mixed]] = True
-    there = locate(mesh, view.probes[metric.thing.probe].points).nodes
+    there = locate_points(mesh, view.probes[metric.thing.probe].points).nodes
     if many := int(touched[there].any(axis=1).sum()):
         yield diagnostic(
             "W357",
@@ -128,13 +128,13 @@ def _beside_parts(metric: Declared, view: View, mesh: Mesh) -> Iterator[Diagnost
         )
 
 
-def place_of_metric(metric: OfTensors, view: View) -> ProbePlace:
+def place_of_metric(metric: TensorMetric, view: View) -> ProbePlace:
     """Return the probe of a metric in the view of a model."""
     probe, name = view.probes[metric.probe], metric.probe
     return ProbePlace(probe.points, probe.triangles, view.weights.get(name), view.domains.get(name))
 
 
-def _of_sides(metric: OfTensors, details: Mapping[str, Any]) -> str:
+def _of_sides(metric: TensorMetric, details: Mapping[str, Any]) -> str:
     """Return how a metric combines the two values at points on an interface, as text."""
     if metric.over == "mean":
         return "there the mean counts half of each side; move the probe to one side of the interface"
@@ -142,7 +142,7 @@ def _of_sides(metric: OfTensors, details: Mapping[str, Any]) -> str:
     if values is None:
         return "there the largest value is taken from both sides; this one lies elsewhere"
     dimension = units.PRESSURE if metric.natural == "Pa" else units.NONE
-    shown = " and ".join(units.show(value, dimension) for value in values)
+    shown = " and ".join(units.format_value(value, dimension) for value in values)
     return f"its sides have {shown}, and the number is the largest of them; look at points to one side of the interface"
 
 
@@ -151,15 +151,15 @@ def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Di
     found = mismatch_of(metric.thing, view)
     if found is None or view.stress is None:
         return
-    stress = field_of(view.stress)
+    stress = stress_field_of(view.stress)
     cancelled = CANCELLED * view.case.least_young * stress.usual[1]
     if found.error <= max(APART * max(abs(value), metric.thing.usual(stress)), cancelled):
         return
     names = " and ".join(f"`{name}`" for name in found.loads)
     acts = f"{names} apply" if len(found.loads) > 1 else f"{names} applies" if names else "the free surface has"
     way = "normal" if found.along else "shear"
-    at, own, applied = units.show_all(found.at.tolist(), units.LENGTH), *(
-        units.show(t, units.PRESSURE) for t in (found.found, found.applied)
+    at, own, applied = units.format_vector(found.at.tolist(), units.LENGTH), *(
+        units.format_value(t, units.PRESSURE) for t in (found.found, found.applied)
     )  # fmt: skip
     yield diagnostic(
         "W405",
@@ -171,12 +171,12 @@ def _against_traction(metric: Declared, view: View, value: float) -> Iterator[Di
     )
 
 
-def mismatch_of(metric: OfTensors, view: View) -> TractionMismatch | None:
+def mismatch_of(metric: TensorMetric, view: View) -> TractionMismatch | None:
     """Return the mismatch of a model's surface stress and the applied traction at a metric's probe, or None."""
     from softmark.interpreter.verification.surface_traction_check import mismatch  # which beams have no need of
 
     try:
-        return mismatch(metric, view.case, place_of_metric(metric, view), field_of(view.stress), view.at_rest)
+        return mismatch(metric, view.case, place_of_metric(metric, view), stress_field_of(view.stress), view.at_rest)
     except Undefined:
         return None
 
@@ -204,7 +204,7 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
         return
     try:
         alone = replace(metric.thing, against=None)
-        measured = measured_by(alone, seen_of(alone, view, {}))
+        measured = measure_metric(alone, collect_metric_input(alone, view, {}))
     except Undefined:
         return
     details = measured.details
@@ -227,7 +227,7 @@ def _said(metric: Declared, view: View, prepared: Prepared, thing: Any) -> Itera
     apart = details["cells_apart_1"]
     if not apart > APART:
         return
-    place = units.show_all(details["at_m"], units.LENGTH)
+    place = units.format_vector(details["at_m"], units.LENGTH)
     yield diagnostic(
         "W387",
         metric.at(),

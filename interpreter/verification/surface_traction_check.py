@@ -16,16 +16,24 @@ import numpy as np
 
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.metrics.probe_samples import ProbeSamples
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.models.shared.loaded_surface import surface_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.stress_singularities import facet_normals, held_directions
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile, Turning
+from softmark.interpreter.vocabulary.load_words import (
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    PressureLoad,
+    RemoteStress,
+    SurfaceTraction,
+)
 from softmark.records import dataclass
-from softmark.solvers.mesh.element_interpolation import locate
-from softmark.solvers.mesh.plane_boundary import bordering
+from softmark.solvers.mesh.element_interpolation import locate_points
+from softmark.solvers.mesh.plane_boundary import is_on_border
 from softmark.solvers.stress_recovery.sampling_point_stress import SYMMETRIC
 from softmark.solvers.stress_recovery.stress_field import Stresses
 from softmark.solvers.stress_recovery.stress_measures import Tensors
@@ -47,8 +55,8 @@ FACES = 3  # facets of different normals at one point: those of a corner
 SAME = 1e-6  # of tractions: smaller differences are rounding
 ROUNDS = 20  # of corrections at edges and corners, where several faces have tractions
 NEAREST = 12  # candidate facets for the one nearest to a point outside the mesh
-UNKNOWN = (Turning,)  # actions on a face whose traction is not given at a point
-INSIDE = (PerMass, AtPoint, PerLength)  # actions that are no traction
+UNKNOWN = (MomentLoad,)  # actions on a face whose traction is not given at a point
+INSIDE = (BodyForce, PointLoad, LineForce)  # actions that are no traction
 
 
 @dataclass(frozen=True)
@@ -84,7 +92,7 @@ class Boundary:
 
 
 def mismatch(
-    metric: OfTensors, case: Case, place: ProbePlace, stress: Any, at_rest: Any = None
+    metric: TensorMetric, case: Case, place: ProbePlace, stress: Any, at_rest: Any = None
 ) -> TractionMismatch | None:
     """Return the mismatch of a metric's stress and the applied traction at its points; None if no traction is known."""
     if metric.measured_from is not None or isinstance(case.analysis, Dynamic) or case.pairs or case.beds:
@@ -130,7 +138,9 @@ def mismatch(
     return TractionMismatch(max(abs(other - value), whole), samples.X[chosen[i]], *worst(i))
 
 
-def _with_patches(metric: OfTensors, case: Case, mesh: Mesh, place: ProbePlace, samples: ProbeSamples) -> ProbeSamples:
+def _with_patches(
+    metric: TensorMetric, case: Case, mesh: Mesh, place: ProbePlace, samples: ProbeSamples
+) -> ProbeSamples:
     """Return the samples of a surface or a volume, with one more point on every part of a facet that a load acts on."""
     domain = place.domain
     if metric.over == "mean" or domain is None or domain.nodes == "none":
@@ -154,7 +164,7 @@ def _with_patches(metric: OfTensors, case: Case, mesh: Mesh, place: ProbePlace, 
     return ProbeSamples(X, shares, samples.materials)
 
 
-_KNOWN = (PerArea, Tensile, Follower, *INSIDE, *UNKNOWN)
+_KNOWN = (SurfaceTraction, RemoteStress, PressureLoad, *INSIDE, *UNKNOWN)
 
 
 def _strained(case: Case, materials: Ints, change: Floats, stress: Stresses) -> Floats:
@@ -180,11 +190,11 @@ def _on_faces(case: Case, mesh: Mesh, X: Floats) -> tuple[Ints, Ints, Floats]:
     facets = mesh.facets
     which = np.arange(len(facets))
     if case.planar:
-        which = np.flatnonzero(bordering(mesh.points, facets, bool(case.depth)))
+        which = np.flatnonzero(is_on_border(mesh.points, facets, bool(case.depth)))
     own = facets[which]
     outer = np.zeros(len(mesh.points), dtype=np.bool_)
     outer[own] = True
-    where = locate(mesh, X)
+    where = locate_points(mesh, X)
     counts = np.abs(where.N) > AT
     on = np.flatnonzero(((outer[where.nodes] | ~counts).all(axis=1)) & (where.outside == 0.0))
     normals = _smooth_normals(mesh, own)
@@ -309,7 +319,7 @@ def _slot(found: Boundary, i: int, filled: int, normal: Floats, total: Floats, p
 def _held_at(case: Case, mesh: Mesh, X: Floats) -> Bools:
     """Return the components that supports hold at points X (n, 3), m, or at nodes of the facets there (n, 3)."""
     held = held_directions(case, mesh)
-    where = locate(mesh, X)
+    where = locate_points(mesh, X)
     near = np.abs(where.N) > AT
     found: Bools = np.asarray((held[where.nodes] & near[:, :, None]).any(axis=1))
     return found
@@ -354,9 +364,9 @@ class _Acting:
     def traction(self, normal: Floats) -> tuple[Floats, float]:
         """Return the traction per undeformed area (3,), Pa, on a face with this normal, and follower pressure, Pa."""
         match self.action:
-            case PerArea(traction=t):
+            case SurfaceTraction(traction=t):
                 return np.array(t), 0.0
-            case Tensile(stress=stress, direction=d):
+            case RemoteStress(stress=stress, direction=d):
                 return stress * float(np.array(d) @ normal) * np.array(d), 0.0
         return np.zeros(3), float(self.action.pressure)
 

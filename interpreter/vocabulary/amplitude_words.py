@@ -1,7 +1,8 @@
-"""Courses: how a load or an imposed motion grows and falls, in the time of a dynamic analysis or from state to state.
+"""Amplitudes (`course = ...`): change of a load or an imposed motion in time, or from state to state.
 
-A static analysis without states applies loads in full. To add one: a class with `at(t)` and the exact `mean(begin,
-end)` over a time, a line in COURSES, and whether steps show it in validation/amplitude_resolution.py.
+A static analysis without states applies loads in full. To add an amplitude: a class with `at(t)` and `mean(begin,
+end)`, the exact mean over a time interval; a line in COURSES; and in validation/amplitude_resolution.py whether time
+steps resolve it.
 """
 
 from __future__ import annotations
@@ -17,139 +18,141 @@ from typing import Annotated, Any
 
 from softmark.records import dataclass
 
-NEAR = 1e-6  # of a step: what is there is at its end
+NEAR = 1e-6  # fraction of a step: a row this close to the end of a step counts as being at the end
 TableRows = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]  # times in s, shares, integrals up to each
 
 
-def _over(begin: float, end: float, breaks: tuple[float, ...], mean: Callable[[float, float], float]) -> float:
-    """The mean from `begin` to `end` of what `mean` tells between the times at which it breaks."""
+def piecewise_mean(begin: float, end: float, breaks: tuple[float, ...], mean: Callable[[float, float], float]) -> float:
+    """Return the mean from `begin` to `end`; `mean(a, b)` is exact between neighbouring `breaks`."""
     at = (begin, *(t for t in breaks if begin < t < end), end)
     return sum((b - a) * mean(a, b) for a, b in pairwise(at)) / (end - begin) if len(at) > 2 else mean(begin, end)
 
 
-def _swing(x: float) -> float:
-    """sin(x) / x."""
+def _sinc(x: float) -> float:
+    """Return sin(x) / x."""
     return math.sin(x) / x if x else 1.0
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """Grows from nothing to the whole along a straight line, and stays."""
+    """Grows linearly from zero to the full value and then stays there."""
 
-    over: Annotated[float, "s in (0, inf)", "how long it grows"]
-    start: Annotated[float, "s in [0, inf)", "when it begins"] = 0.0
+    over: Annotated[float, "s in (0, inf)", "duration of the rise"]
+    start: Annotated[float, "s in [0, inf)", "start time"] = 0.0
 
     def at(self, t: float) -> float:
-        """The share at time t, s."""
+        """Return the amplitude at time t, s."""
         return min(1.0, max(0.0, (t - self.start) / self.over))
 
     def mean(self, begin: float, end: float) -> float:
-        """The mean share from `begin` to `end`, s."""
+        """Return the mean amplitude from time `begin` to `end`, s."""
         breaks = (self.start, self.start + self.over)
-        return _over(begin, end, breaks, lambda a, b: 0.5 * (self.at(a) + self.at(b)))
+        return piecewise_mean(begin, end, breaks, lambda a, b: 0.5 * (self.at(a) + self.at(b)))
 
 
 @dataclass(frozen=True)
 class Smooth:
-    """Grows from nothing to the whole without a kink: half a cosine, (1 - cos(pi t / over)) / 2."""
+    """Grows smoothly from zero to the full value, along half a cosine: (1 - cos(pi t / over)) / 2."""
 
-    over: Annotated[float, "s in (0, inf)", "how long it grows"]
-    start: Annotated[float, "s in [0, inf)", "when it begins"] = 0.0
+    over: Annotated[float, "s in (0, inf)", "duration of the rise"]
+    start: Annotated[float, "s in [0, inf)", "start time"] = 0.0
 
     def _turn(self, t: float) -> float:
-        """The angle at time t, from 0 to pi."""
+        """Return the angle of the cosine at time t, from 0 to pi."""
         return math.pi * min(1.0, max(0.0, (t - self.start) / self.over))
 
     def at(self, t: float) -> float:
-        """The share at time t, s."""
+        """Return the amplitude at time t, s."""
         return 0.5 - 0.5 * math.cos(self._turn(t))
 
     def mean(self, begin: float, end: float) -> float:
-        """The mean share from `begin` to `end`, s."""
+        """Return the mean amplitude from time `begin` to `end`, s."""
 
         def mean(a: float, b: float) -> float:
             first, last = self._turn(a), self._turn(b)
-            return 0.5 - 0.5 * math.cos(0.5 * (first + last)) * _swing(0.5 * (last - first))
+            return 0.5 - 0.5 * math.cos(0.5 * (first + last)) * _sinc(0.5 * (last - first))
 
-        return _over(begin, end, (self.start, self.start + self.over), mean)
+        return piecewise_mean(begin, end, (self.start, self.start + self.over), mean)
 
 
 @dataclass(frozen=True)
 class Pulse:
-    """The whole from one time to another, and nothing before and after."""
+    """Applies the full value between two times, and zero before and after."""
 
-    until: Annotated[float, "s in (0, inf)", "when it ends"]
-    start: Annotated[float, "s in [0, inf)", "when it begins"] = 0.0
+    until: Annotated[float, "s in (0, inf)", "end time"]
+    start: Annotated[float, "s in [0, inf)", "start time"] = 0.0
 
     def at(self, t: float) -> float:
-        """The share at time t, s."""
+        """Return the amplitude at time t, s."""
         return 1.0 if self.start <= t < self.until else 0.0
 
     def mean(self, begin: float, end: float) -> float:
-        """The mean share from `begin` to `end`, s."""
+        """Return the mean amplitude from time `begin` to `end`, s."""
         return max(0.0, min(end, self.until) - max(begin, self.start)) / (end - begin)
 
 
 @dataclass(frozen=True)
 class Sine:
-    """Swings between plus and minus the whole: sin(2 pi f t)."""
+    """Oscillates between plus and minus the full value: sin(2 pi f t)."""
 
-    frequency: Annotated[float, "Hz in (0, inf)", "swings per second"]
+    frequency: Annotated[float, "Hz in (0, inf)", "oscillations per second"]
 
     def at(self, t: float) -> float:
-        """The share at time t, s."""
+        """Return the amplitude at time t, s."""
         return math.sin(2 * math.pi * self.frequency * t)
 
     def mean(self, begin: float, end: float) -> float:
-        """The mean share from `begin` to `end`, s."""
-        return self.at(0.5 * (begin + end)) * _swing(math.pi * self.frequency * (end - begin))
+        """Return the mean amplitude from time `begin` to `end`, s."""
+        return self.at(0.5 * (begin + end)) * _sinc(math.pi * self.frequency * (end - begin))
 
 
 @dataclass(frozen=True)
 class Table:
-    """Follows a table of values, along straight lines between its rows.
+    """Follows a table of values over time, with linear interpolation between its rows.
 
-    The table is a CSV file whose header names the columns; lines before it are titles. A value is the share of the load
-    or of the motion: `whole` is the number that stands for all of it, such as 100 for percent, or the largest angle.
-    Times grow from row to row, and go from the start of the analysis to its end: nothing is made up beyond them.
+    The table is a CSV file with a header that names the columns; lines above the header are ignored as titles. Each
+    value is divided by `whole` to give the fraction of the load or motion: `whole = 100` for percent, or the largest
+    angle for a rotation. Times must increase from row to row and cover the whole analysis, because nothing is
+    extrapolated.
     """
 
-    path: Annotated[str, "file", "the table, relative to the scene, or a data set such as `data:...`"]
-    at_: Annotated[str, "the name of the column of times"]
-    value: Annotated[str, "the name of the column of values"]
-    time_unit: Annotated[float, "s in (0, inf)", "what one unit of the column of times is, such as `1 ms`"] = 1.0
-    whole: Annotated[float, "1 in (0, inf)", "which value stands for the whole of what it drives"] = 1.0
+    path: Annotated[str, "file", "CSV file, relative to the scene, or a data set such as `data:...`"]
+    at_: Annotated[str, "name of the column of times"]
+    value: Annotated[str, "name of the column of values"]
+    time_unit: Annotated[float, "s in (0, inf)", "unit of the column of times, such as `1 ms`"] = 1.0
+    whole: Annotated[float, "1 in (0, inf)", "value in the table that means the full load or motion"] = 1.0
 
     def at(self, t: float) -> float:
-        """The share at time t, s."""
-        return share_at(self.rows, t)
+        """Return the amplitude at time t, s."""
+        return table_amplitude(self.rows, t)
 
     def mean(self, begin: float, end: float) -> float:
-        """The mean share from `begin` to `end`, s."""
+        """Return the mean amplitude from time `begin` to `end`, s."""
         rows = self.rows
-        return (_until(rows, end) - _until(rows, begin)) / (end - begin)
+        return (_integral_until(rows, end) - _integral_until(rows, begin)) / (end - begin)
 
     @property
     def rows(self) -> TableRows:
-        """The rows of the file as it is now. Raises Unreadable."""
+        """Rows of the file in its current version. Raises Unreadable."""
         file = Path(self.path)
         changed = file.stat().st_mtime_ns if file.is_file() else 0
-        return _read(self.path, changed, self.at_, self.value, self.time_unit, self.whole)
+        return _read_table(self.path, changed, self.at_, self.value, self.time_unit, self.whole)
 
 
-def share_at(rows: TableRows, t: float) -> float:
-    """The share of a table at time t, s."""
+def table_amplitude(rows: TableRows, t: float) -> float:
+    """Return the amplitude of a table at time t, s."""
     times, shares, _ = rows
     i = min(max(bisect_right(times, t), 1), len(times) - 1)
     share = (t - times[i - 1]) / (times[i] - times[i - 1])
     return shares[i - 1] + min(max(share, 0.0), 1.0) * (shares[i] - shares[i - 1])
 
 
-def off_the_steps(rows: TableRows, step: float, duration: float) -> Iterator[tuple[float, float]]:
-    """Of every row between the ends of steps its time, s, and how far it is from the straight line between these.
+def deviations_between_steps(rows: TableRows, step: float, duration: float) -> Iterator[tuple[float, float]]:
+    """Yield the time, s, of each row between two time steps, and its deviation from linear interpolation between the
+    steps.
 
-    Relative to the largest share. Tables and these lines are straight between rows and ends of steps, so that they are
-    farthest apart at one of the rows.
+    The deviation is relative to the largest amplitude. Table and interpolation are both piecewise linear, so their
+    largest deviation is at one of the rows.
     """
     times, shares, _ = rows
     largest = max(map(abs, shares)) or 1.0
@@ -159,20 +162,20 @@ def off_the_steps(rows: TableRows, step: float, duration: float) -> Iterator[tup
         begin = math.floor(t / step * (1.0 + NEAR * NEAR)) * step
         part = (t - begin) / step
         if NEAR < part < 1.0 - NEAR:
-            line = (1.0 - part) * share_at(rows, begin) + part * share_at(rows, begin + step)
+            line = (1.0 - part) * table_amplitude(rows, begin) + part * table_amplitude(rows, begin + step)
             yield t, abs(share - line) / largest
 
 
-def _until(rows: TableRows, t: float) -> float:
-    """The integral from the first row to time t, s; before and after the rows their ends hold."""
+def _integral_until(rows: TableRows, t: float) -> float:
+    """Return the integral from the first row to time t, s; beyond the rows the first or last value applies."""
     times, shares, areas = rows
     i = min(max(bisect_right(times, t), 1), len(times))
-    return areas[i - 1] + 0.5 * (t - times[i - 1]) * (shares[i - 1] + share_at(rows, t))
+    return areas[i - 1] + 0.5 * (t - times[i - 1]) * (shares[i - 1] + table_amplitude(rows, t))
 
 
 @lru_cache(maxsize=32)
-def _read(path: str, changed: int, at: str, value: str, unit: float, whole: float) -> TableRows:
-    """The rows of a table, read once for as long as it does not change. Raises Unreadable."""
+def _read_table(path: str, changed: int, at: str, value: str, unit: float, whole: float) -> TableRows:
+    """Return the rows of a table, read again only when the file has changed. Raises Unreadable."""
     from softmark.references.csv_tables import columns
     from softmark.references.data_download import find
     from softmark.references.measured_data import Unreadable
@@ -195,36 +198,36 @@ def _read(path: str, changed: int, at: str, value: str, unit: float, whole: floa
 
 @dataclass(frozen=True)
 class State:
-    """The value of each state of a static analysis, as a part of the whole: `course = state`.
+    """Scales with the value of each state of a static analysis: `course = state`.
 
     In the state `12.5 %` of `static(states = [5, 12.5, 18.25] %)` a load acts with an eighth of its size, and a support
-    moves by an eighth of its displacement. Without this course they act in full in every state.
+    moves by an eighth of its displacement. Loads and supports without this amplitude act in full in every state.
     """
 
 
 @dataclass(frozen=True)
-class Passed:
-    """The course of what is seen at one time: `of` is the same at full size, with the course that it follows.
+class AtOneTime:
+    """Amplitude of a load or support that is already evaluated at one time; `of` is the original at full size.
 
-    No word of the language: a quasistatic analysis leaves it on loads and supports at each of its times.
+    Not a word of the language: a quasistatic analysis sets it on loads and supports at each of its times.
     """
 
     of: Any
 
     def at(self, t: float) -> float:
-        """The share of the full size at time t, s."""
+        """Return the fraction of the full size at time t, s."""
         share: float = self.of.course.at(t)
         return share
 
 
-def in_full(thing: Any) -> Any:
-    """What follows a course at its full size, with that course, also where it is seen at one time."""
-    return thing.course.of if isinstance(getattr(thing, "course", None), Passed) else thing
+def at_full_size(thing: Any) -> Any:
+    """Return a load, support or material at full size with its amplitude, also if it was evaluated at one time."""
+    return thing.course.of if isinstance(getattr(thing, "course", None), AtOneTime) else thing
 
 
-def in_whole(declared: Any) -> Any:
-    """What is declared of a material, with that in full."""
-    whole = in_full(declared.thing.material)
+def with_full_material(declared: Any) -> Any:
+    """Return a declaration with its material at full size."""
+    whole = at_full_size(declared.thing.material)
     return (
         declared
         if whole is declared.thing.material

@@ -1,6 +1,6 @@
-"""Contacts: which bodies must not pass through each other.
+"""Contacts between a deformable body and a rigid one.
 
-To add one: a class, a line in CONTACTS.
+To add a contact: a class and a line in CONTACTS.
 """
 
 from __future__ import annotations
@@ -13,44 +13,47 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Between:
-    """Keeps the surface of a body clear of a rigid one: what presses on it is found, and nothing passes through.
+    """Contact of a deformable body with a rigid body, without penetration; friction is optional.
 
-    The rigid body stays where it is declared, or goes where a support takes it: `support hand = displaced(ball, by =
-    (0, 0, -1) mm)`, or as far as a known force presses it: `load hand = point_force(ball, ...)`. No node of the surface
-    comes behind that of the rigid body, nor the middle of facets of eight nodes, and in space points inside facets that
-    are longer than the rigid body is sharp. Where an edge, a corner or a tip still cuts in between these, points join
-    them and the state, or the step of a motion, is found again until nothing does: `solve.joined` of the report has how
-    many press in the last state. Where no such state is found, as it may be between fine facets, the one without these
-    points stays; and what is blunter than a facet is long may cut in by as much as facets are flat: the table of
-    contacts in the report says how deep all that is left goes. A thin barrier does it: it has no pressure beyond the
-    `distance`, which is chosen at a hundred-thousandth of the size of the body, at rest at no more than 1/2000 of how
-    far supports move anything, and more than the body can bear at
-    touch, so that a gap of less than that distance is left, which is part of the stated error.
-    `force(NAME, along = +z)` is the contact force on the deformable body. Finite elements take it, in space and in the
-    plane, where the rigid body is cut by z = 0.
+    The rigid body stays where it is declared unless a support moves it, `support hand = displaced(ball, by = (0, 0, -1)
+    mm)`, or a known force presses it, `load hand = point_force(ball, ...)`. `force(NAME, along = +z)` is the contact
+    force on the deformable body. Finite elements support this contact in three dimensions and in the plane, where the
+    rigid body is cut at z = 0.
 
-    With `friction` the surface sticks up to friction times pressure, and slides beyond: Coulomb's law at points, by
-    return mapping (Simo and Laursen 1992). What sticks gives way by less than the barrier's distance, friction times
-    pressure over its stiffness per distance. What slides depends on the way there: each of the `states` of a static
-    analysis is one step from the state before, along a straight line, so that more states are a finer path, and rigid
-    bodies turn by 15 degrees at most in one; without states all of the load is one step. `slip(NAME)` and
-    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat.
+    Contact is enforced at the nodes of the surface, at the centres of eight-node facets and, in three dimensions where
+    the rigid body is sharper than the facets, also at points inside the facets. If an edge, corner or tip of the rigid
+    body still penetrates, points are added and the state or time step is solved again until nothing penetrates;
+    `solve.joined` in the report counts the added points with pressure in the last state. If no such state is found,
+    which can happen between fine facets, the solution without these points is kept. A rigid body that is blunter than
+    the facets may penetrate by as much as the facets deviate from a curved surface. The table of contacts in the report
+    gives the remaining penetration depth.
 
-    In motion every step in time is one of these steps. Pressures and friction are those of its end, whatever integrator
-    makes it; heat never falls, and is told beside the other energies, `solve.energies.friction` of the report, as the
-    farthest slip and the share of the forces that sticks are in `solve.friction`. With an integrator that damps nothing
-    nodes that stick may have velocities of less than friction times g h / 2, h the step, which change sign with every
-    step and lead nowhere. What touches when a motion begins is not thrown off: its gaps count from the `distance` on,
-    so that there it may come behind the surface by as much.
+    The contact pressure comes from a barrier. It acts only at gaps below `distance` and grows without bound as the gap
+    closes, so a gap smaller than `distance` remains, which is part of the stated error. By default `distance` is 1e-5
+    of the body size and, in static analyses, at most 1/2000 of the largest displacement that supports impose.
 
-    At rest a body that supports leave free may be held by what it touches, with friction or without: the report says
-    which contacts hold it, and what still is free.
+    `friction` is Coulomb's law at points, by return mapping (Simo and Laursen 1992): the surface sticks up to friction
+    times pressure and slides beyond. Sticking points slip elastically by less than `distance`: by friction times
+    pressure, divided by the stiffness of the barrier. Sliding depends on the load path. Each of the `states` of a
+    static analysis is one step along a straight line from the previous state, so more states resolve the path better;
+    rigid bodies rotate by at most 15 degrees in one state. Without states the full load is one step. `slip(NAME)` and
+    `stick_area(NAME)` measure the sliding, `dissipation(BODY)` the heat.
+
+    In a dynamic analysis every time step is one such step. Pressure and friction are those of the end of the step, with
+    any integrator. The dissipated heat never decreases; it is listed with the other energies in
+    `solve.energies.friction`, and the largest slip and the sticking fraction of the forces in `solve.friction`. With an
+    integrator without numerical damping, sticking nodes may oscillate from step to step with velocities below friction
+    times g h / 2 (g gravity, h the time step); this motion does not grow. Surfaces that touch at the start of a motion
+    are not pushed apart: their gap is measured from `distance`, so they may penetrate by as much there.
+
+    In a static analysis contact, with or without friction, may hold a body that its supports leave free. The report
+    lists the contacts that hold it and the rigid motions that remain free.
     """
 
     rigid: Annotated[str, "body", "the rigid body"]
     body: Annotated[str, "body", "the deformable body"]
-    where: Annotated[Any, "condition", "which part of its surface may touch, by coordinates before deformation"] = (
-        EVERYWHERE
-    )
-    friction: Annotated[float, "1 in [0, 10]", "Coulomb's coefficient of friction"] = 0.0
-    distance: Annotated[float | None, "m in (0, inf)", "where the barrier begins; chosen by the size without"] = None
+    where: Annotated[Any, "condition", "part of its surface that may touch, by undeformed coordinates"] = EVERYWHERE
+    friction: Annotated[float, "1 in [0, 10]", "Coulomb friction coefficient"] = 0.0
+    distance: Annotated[
+        float | None, "m in (0, inf)", "gap below which the barrier acts; default: from the size of the body"
+    ] = None

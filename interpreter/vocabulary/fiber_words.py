@@ -1,8 +1,8 @@
-"""Directions of fibres that vary in space, by rules. To add one: a class here, a line in FIBRES.
+"""Rules for fibre directions that vary in space. To add one: a class here and a line in FIBRES.
 
-What a rule has: `at(X, read)`, the directions at points X (n, 3) in m before deformation: (n, 3), of any length, or two
-such of fibres and of sheets; `read` reads fields. It is computed with numpy, which is not imported before. Raises
-NoDirection where it has none.
+A rule has a method `at(X, read)`. It returns the fibre directions at points X (n, 3), m, before deformation, as vectors
+(n, 3) of any length, or a pair of such arrays for fibres and sheets. `read` reads fields. numpy is imported only when
+it is called. Raises NoDirection where no direction is defined.
 """
 
 from __future__ import annotations
@@ -15,44 +15,46 @@ if TYPE_CHECKING:
     Floats = Any  # (n, 3) of numpy
 
 Vector3 = tuple[float, float, float]
-NEAR = 1e-12  # of the wall: how well its layer through a point is found
+NEAR = 1e-12  # tolerance of the depth t
 STEPS = 60
 OUTSIDE = "it is not in the wall of the helix"
-BEYOND = 0.05  # of the wall: how far outside of it a point may be, as nodes of coarse meshes are
+BEYOND = 0.05  # largest depth outside the wall, as a fraction of it: nodes of coarse meshes lie outside
 
 
 @dataclass(frozen=True)
 class Helix:
-    """Fibres that wind around the wall between two ellipsoids about one axis, as those of a ventricle do.
+    """Helical fibres in the wall between two ellipsoids with a common axis, as in a heart ventricle.
 
-    The wall's layers are the ellipsoids whose semi-axes lie between those of the inner and the outer one, in proportion
-    to the depth t, 0 inside and 1 outside. In each layer fibres lie along it, at an angle from the way around the axis:
-    `endo` inside, `epi` outside, in proportion to t between. A positive angle is that of a right-handed screw: who goes
-    around the axis counter-clockwise, as seen from its tip, goes along it. f = cos(angle) c + sin(angle) l, with c
-    around the axis and l along the meridian. Sheets go out from layer to layer, across the fibres. On the axis itself,
-    where no direction is around it, there are none.
+    The wall consists of ellipsoidal layers. Their semi-axes vary linearly with the depth t, from 0 at the inner surface
+    to 1 at the outer one. In each layer the fibres are tangential, at an angle to the circumferential direction that
+    varies linearly from `endo` inside to `epi` outside. A positive angle is a right-handed helix: a fibre that runs
+    counter-clockwise around the axis, seen from the tip of the axis vector, advances along the axis. The fibre is f =
+    cos(angle) c + sin(angle) l, with c the circumferential and l the meridional direction. Sheet directions are normal
+    to the layers. On the axis itself no direction is defined.
     Source: Land et al. (2015), Proc. R. Soc. A 471:20150641, equations for problem 3; Streeter (1979).
     """
 
-    endo: Annotated[float, "rad in [-1.5707963267948966, 1.5707963267948966]", "the angle at the inner surface"]
-    epi: Annotated[float, "rad in [-1.5707963267948966, 1.5707963267948966]", "the angle at the outer surface"]
+    endo: Annotated[float, "rad in [-1.5707963267948966, 1.5707963267948966]", "fibre angle at the inner surface"]
+    epi: Annotated[float, "rad in [-1.5707963267948966, 1.5707963267948966]", "fibre angle at the outer surface"]
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
-    inner_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
+    inner_along: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid along the axis"]
     outer: Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid across the axis"]
-    outer_along: Annotated[float, "m in (0, inf)", "its semi-axis along the axis"]
-    axis: Annotated[Vector3, "direction", "of the axis, towards the base"] = (0.0, 0.0, 1.0)
-    origin: Annotated[Vector3, "m", "the centre of both ellipsoids"] = (0.0, 0.0, 0.0)
+    outer_along: Annotated[float, "m in (0, inf)", "semi-axis of the outer ellipsoid along the axis"]
+    axis: Annotated[Vector3, "direction", "direction of the axis, towards the base"] = (0.0, 0.0, 1.0)
+    origin: Annotated[Vector3, "m", "centre of both ellipsoids"] = (0.0, 0.0, 0.0)
 
     with_sheets = True
 
     @property
     def fault(self) -> str:
-        """A wall that is not there."""
+        """Error message if the inner ellipsoid is not smaller than the outer one, else empty."""
         there = self.inner < self.outer and self.inner_along < self.outer_along
         return "" if there else "its inner ellipsoid must be smaller than its outer one, across the axis and along it"
 
     def depth(self, r: Floats, z: Floats) -> Floats:
-        """The layer t (n,) at distances r from the axis and z along it, m: 0 inside, 1 outside, by Newton's method."""
+        """Return the depth t (n,) of points at distance r from the axis and height z, m, by Newton's method: 0 inside,
+        1 outside.
+        """
         import numpy as np
 
         a, b, wide, long = self.inner, self.inner_along, self.outer - self.inner, self.outer_along - self.inner_along
@@ -67,7 +69,7 @@ class Helix:
         return t
 
     def at(self, X: Floats, read: Any = None) -> tuple[Floats, Floats]:
-        """Fibres and sheets at points X (n, 3), m. Raises NoDirection on the axis and far outside of the wall."""
+        """Return fibres and sheets at points X (n, 3), m. Raises NoDirection on the axis and far outside the wall."""
         import numpy as np
 
         from softmark.solvers.materials.material_axes import NoDirection

@@ -1,7 +1,7 @@
-"""Probes: where the answer is looked at.
+"""Probes: material points at which a solution is evaluated.
 
-To add one that gives its points as `stations`: a class derived from Probe, a line in PROBES. One that takes them from a
-body or a measurement has a case in problem/probe_points.py as well.
+To add a probe whose points follow from its fields (`stations`): a class derived from Probe and a line in PROBES. A
+probe whose points come from a body or a measurement also needs a case in problem/probe_points.py.
 """
 
 from __future__ import annotations
@@ -14,28 +14,26 @@ Vector3 = tuple[float, float, float]
 
 
 class Probe:
-    """What every probe says; one that gives its points needs nothing else, others are found in
-    problem/probe_points.py.
-    """
+    """Base class of probes. Points that do not follow from the fields are found in problem/probe_points.py."""
 
     @property
     def stations(self) -> tuple[Vector3, ...] | None:
-        """Its material points, m; None where they are those of a body or of a measurement."""
+        """Material points, m; None if they come from a body or a measurement."""
         return None
 
     @property
     def ends(self) -> tuple[Vector3, Vector3] | None:
-        """The two points between which all others lie, m."""
+        """First and last point of a line, m; None for other probes."""
         return None
 
     @property
     def tracked(self) -> str | None:
-        """The measurement whose points it takes."""
+        """Name of the measurement whose points it uses."""
         return None
 
     @property
     def cells(self) -> Any:
-        """The mesh whose points it takes."""
+        """Mesh whose points it uses."""
         return vars(self).get("mesh")
 
 
@@ -43,12 +41,12 @@ class Probe:
 class Point(Probe):
     """The displacement of one material point."""
 
-    body: Annotated[str, "body", "the body that is looked at"]
-    at: Annotated[Vector3, "m", "the point, by its coordinates before deformation"]
+    body: Annotated[str, "body", "body that is evaluated"]
+    at: Annotated[Vector3, "m", "point, by its undeformed coordinates"]
 
     @property
     def stations(self) -> tuple[Vector3, ...]:
-        """The material points, m."""
+        """Material points, m."""
         return (self.at,)
 
 
@@ -56,19 +54,19 @@ class Point(Probe):
 class Line(Probe):
     """Displacements at equally spaced material points of a straight line, both ends included."""
 
-    body: Annotated[str, "body", "the body that is looked at"]
-    from_: Annotated[Vector3, "m", "first point, by its coordinates before deformation"]
+    body: Annotated[str, "body", "body that is evaluated"]
+    from_: Annotated[Vector3, "m", "first point, by its undeformed coordinates"]
     to: Annotated[Vector3, "m", "last point"]
-    points: Annotated[int, "1 in [2, 100000]", "how many points"] = 41
+    points: Annotated[int, "1 in [2, 100000]", "number of points"] = 41
 
     @property
     def ends(self) -> tuple[Vector3, Vector3]:
-        """The first and the last of its points, m."""
+        """First and last point, m."""
         return self.from_, self.to
 
     @property
     def stations(self) -> tuple[Vector3, ...]:
-        """The material points, m."""
+        """Material points, m."""
         n = self.points - 1
         return tuple(
             tuple(a + (b - a) * (i / n) for a, b in zip(self.from_, self.to, strict=True))  # type: ignore[misc]
@@ -78,54 +76,56 @@ class Line(Probe):
 
 @dataclass(frozen=True)
 class Surface(Probe):
-    """The surface of a body, or a part of it: triangles over material points.
+    """The surface of a body or a part of it, as triangles over material points.
 
-    The points are those of the surface mesh of the body's shape, of about `size`; or the boundary points of a given
-    `mesh`, which makes them the same as in a study that used it.
+    The points are those of a surface mesh of the body's shape, with edges of about `size`; or the boundary points of a
+    given `mesh`, for example to use the same points as a published study.
     """
 
-    body: Annotated[str, "body", "the body that is looked at"]
-    where: Annotated[Any | None, "condition", "which part, by coordinates before deformation; all without it"] = None
-    size: Annotated[float | None, "m in (0, inf)", "edge length of its triangles; a fortieth of the extent"] = None
-    mesh: Annotated[Any | None, "shape", "a mesh whose boundary points are taken"] = None
+    body: Annotated[str, "body", "body that is evaluated"]
+    where: Annotated[Any | None, "condition", "part of the body, by undeformed coordinates; default: all of it"] = None
+    size: Annotated[float | None, "m in (0, inf)", "edge length of the triangles; default: 1/40 of the extent"] = None
+    mesh: Annotated[Any | None, "shape", "mesh whose boundary points are used"] = None
 
 
 @dataclass(frozen=True)
 class Nodes(Probe):
-    """The points of a mesh of the body, as studies that compare node by node take them."""
+    """The nodes of a given mesh of the body, as in studies that compare node by node."""
 
-    body: Annotated[str, "body", "the body that is looked at"]
-    mesh: Annotated[Any, "shape", "the mesh whose points are taken"]
-    where: Annotated[Any | None, "condition", "which part, by coordinates before deformation; all without it"] = None
+    body: Annotated[str, "body", "body that is evaluated"]
+    mesh: Annotated[Any, "shape", "mesh whose nodes are used"]
+    where: Annotated[Any | None, "condition", "part of the body, by undeformed coordinates; default: all of it"] = None
 
 
 @dataclass(frozen=True)
 class Volume(Probe):
-    """Points throughout a body, or a part of it, each with the part of the volume that it stands for.
+    """Quadrature points throughout a body or a part of it, each with its share of the volume.
 
-    Four in every cell of a tetrahedral mesh of about `size` (Hammer, Marlowe and Stroud 1956): what integrals over the
-    body are made of, exact for polynomials of degree two in each cell. Cells that a border of `where`, or of a part of
-    another material, passes are cut there: along planes exactly, along curved borders by straight pieces, which miss as
-    little as a mesh of this size.
+    Each cell of a tetrahedral mesh of about `size` has four points (Hammer, Marlowe and Stroud 1956). Integrals over
+    the body use them; they are exact for polynomials of degree two in each cell. Cells that are crossed by the border
+    of `where`, or by the border of a part of another material, are cut there: exactly along planes, and by straight
+    pieces along curved borders, with an error as small as that of a mesh of this size.
     """
 
-    body: Annotated[str, "body", "the body that is looked at"]
-    size: Annotated[float | None, "m in (0, inf)", "edge length of cells; a 25th of the extent, or that of 5000"] = None
-    where: Annotated[Any | None, "condition", "which part, by coordinates before deformation; all without it"] = None
+    body: Annotated[str, "body", "body that is evaluated"]
+    size: Annotated[
+        float | None, "m in (0, inf)", "edge length of cells; default: 1/25 of the extent, or as for 5000 cells"
+    ] = None
+    where: Annotated[Any | None, "condition", "part of the body, by undeformed coordinates; default: all of it"] = None
 
 
 @dataclass(frozen=True)
 class Markers(Probe):
-    """The points that were tracked in an experiment: beads, corners, ink dots.
+    """The points that were tracked in an experiment, such as beads, corners or ink dots.
 
-    Points that the condition leaves out were measured and are not judged, such as those whose motion is imposed.
+    Points that the condition `where` leaves out are ignored, for example those whose motion is imposed.
     """
 
-    body: Annotated[str, "body", "the body that is looked at"]
-    of: Annotated[str, "reference", "the measurement: a reference of tracked points"]
-    where: Annotated[Any | None, "condition", "which of them, by coordinates before deformation; all without it"] = None
+    body: Annotated[str, "body", "body that is evaluated"]
+    of: Annotated[str, "reference", "measurement: a reference with tracked points"]
+    where: Annotated[Any | None, "condition", "points to use, by undeformed coordinates; default: all"] = None
 
     @property
     def tracked(self) -> str:
-        """The measurement whose points it takes."""
+        """Name of the measurement whose points it uses."""
         return self.of

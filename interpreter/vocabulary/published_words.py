@@ -1,4 +1,4 @@
-"""What others published about the same experiment, to stand beside our own numbers."""
+"""Published numbers for the same experiment, shown next to our results."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a published table: values of a metric for some models, in their order.
+    """One column of a published table: values of a metric for several models, in order.
 
-    They are shown in the report beside ours with the difference, and judge nothing: an `expect` does that.
+    The report shows them next to our values, with the difference. They do not decide pass or fail; use `expect` for
+    that.
     """
 
-    metric: Annotated[str, "metric", "the metric of this scene that measures the same"]
-    of: Annotated[tuple[str, ...], "models", "the models, as many as values"]
-    values: Annotated[Any, "values", "what was published, in the unit in which it was"]
-    source: Annotated[str, "where it was published"]
+    metric: Annotated[str, "metric", "metric of this scene for the same quantity"]
+    of: Annotated[tuple[str, ...], "models", "models, one for each value"]
+    values: Annotated[Any, "values", "published values, in their original unit"]
+    source: Annotated[str, "publication"]

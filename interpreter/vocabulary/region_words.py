@@ -1,7 +1,7 @@
-"""Regions: parts of a body, each with a material of its own if it has one.
+"""Regions: parts of a body, optionally with a material of their own.
 
-To add one: a class derived from Region with a condition as its `where`, a line in REGIONS. Whatever takes a condition
-takes the name of a region in its place.
+To add one: a class derived from Region with a condition as its `where`, and a line in REGIONS. The name of a region can
+be used wherever a condition is expected.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from functools import cache
 from typing import Annotated, Any
 
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.vocabulary.load_words import MadeOf
+from softmark.interpreter.vocabulary.load_words import HasMaterial
 from softmark.records import dataclass
 
 
-class Region(MadeOf):
-    """What every region says."""
+class Region(HasMaterial):
+    """Base class of regions."""
 
     body: str
     where: Any
@@ -23,57 +23,62 @@ class Region(MadeOf):
 
     @property
     def group(self) -> str | None:
-        """The named part of a mesh file that it is."""
+        """Name of the group of a mesh file that the region is; None for other regions."""
         return None
 
 
 @dataclass(frozen=True)
 class BodyPart(Region):
-    """The part of a body where a condition holds, of a material of its own or of that of the body.
+    """The part of a body where a condition holds, with a material of its own or that of the body.
 
-    Its name stands wherever a condition does: `where = lump`, `where = lump and x > 0 mm`. Finite elements in full take
-    parts of other materials. Every cell of a mesh is of one material, that of which it holds the most. Meshes of shapes
-    have nodes where a part ends at a coordinate of the shape (planes across a box, planes and circles of a cylinder);
-    elsewhere the report says what share of the part its cells have, and the stated error contains what that makes.
-    Parts of different materials do not overlap unless one says that it lies `over` the other.
+    Its name can be used wherever a condition is expected: `where = lump`, `where = lump and x > 0 mm`. Only full finite
+    element models support parts with other materials. Every cell of a mesh has one material, the one with the largest
+    share of the cell. Meshes of shapes have nodes on the border of a part if it lies at a coordinate of the shape
+    (planes across a box, planes and circles of a cylinder). For other borders the report gives the fraction of the part
+    that its cells cover, and the stated error includes the effect. Parts of different materials must not overlap,
+    unless one is declared `over` the other.
     """
 
-    body: Annotated[str, "body", "the body that it is a part of"]
-    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
-    material: Annotated[Any | None, "material", "what it is made of; the material of the body without"] = None
-    over: Annotated[tuple[str, ...], "regions", "regions whose material it displaces, as in `over = [wall]`"] = ()
+    body: Annotated[str, "body", "body that contains the region"]
+    where: Annotated[Any, "condition", "points of the region, by undeformed coordinates"]
+    material: Annotated[Any | None, "material", "material of the region; default: that of the body"] = None
+    over: Annotated[
+        tuple[str, ...], "regions", "overlapping regions that it takes precedence over, as in `over = [wall]`"
+    ] = ()
 
 
 @dataclass(frozen=True)
 class BodyGroup(Region):
-    """A named part of the body's mesh file: cells, or faces of its surface.
+    """A named group of the body's mesh file: cells, or faces of its surface.
 
-    Names are those of physical groups (Gmsh 2 and 4.1; by number where they have no name), of ELSET, NSET and SURFACE
-    (Abaqus, CalculiX), and `ARRAY=VALUE` of whole numbers on cells (VTU, VTK, Medit), or `ARRAY` where these are ones
-    and zeros. Names of an assembly's instances are `INSTANCE.NAME`. A set of nodes stands for the faces all of whose
-    corners it has; where it has nodes of no such face it is a group of nodes, which supports hold. Where a name has
-    cells and faces, the faces are `NAME:faces`. No geometry is involved: a group of faces is its facets, one of cells
-    its cells, and a load on a group of cells acts on those of their faces that are the body's surface. The region
-    stands wherever a condition does, with others too: `where = tip and z > 0 mm`. Only cells have a material.
+    Groups are physical groups (Gmsh 2 and 4.1; by number if they have no name), ELSET, NSET and SURFACE (Abaqus,
+    CalculiX), and integer arrays on cells (VTU, VTK, Medit): `ARRAY=VALUE`, or `ARRAY` if its values are only 0 and 1.
+    In an Abaqus assembly names are `INSTANCE.NAME`. A node set selects the faces all of whose corners are in the set;
+    if there are none, it is a group of nodes, which only supports can use. If a name has both cells and faces, the
+    faces are `NAME:faces`. No geometry is involved: a group is exactly its facets or cells, and a load on a group of
+    cells acts on those of their faces that are on the surface of the body. The region can be used wherever a condition
+    is expected, also combined: `where = tip and z > 0 mm`. Only groups of cells can have a material.
     """
 
-    body: Annotated[str, "body", "the body that it is a part of; its mesh is a file"]
-    name: Annotated[str, "the group, as the file has it"]
-    material: Annotated[Any | None, "material", "what it is made of; the material of the body without"] = None
-    over: Annotated[tuple[str, ...], "regions", "regions whose material it displaces, as in `over = [wall]`"] = ()
+    body: Annotated[str, "body", "body with a mesh from a file"]
+    name: Annotated[str, "name of the group in the file"]
+    material: Annotated[Any | None, "material", "material of the region; default: that of the body"] = None
+    over: Annotated[
+        tuple[str, ...], "regions", "overlapping regions that it takes precedence over, as in `over = [wall]`"
+    ] = ()
 
     @property
     def group(self) -> str:
-        """The named part of a mesh file that it is."""
+        """Name of the group in the mesh file."""
         return self.name
 
     @property
     def where(self) -> Condition:
-        """Which of its cells, facets and nodes."""
-        return _member(self.name)
+        """Condition that selects its cells, facets and nodes."""
+        return _group_condition(self.name)
 
 
 @cache
-def _member(name: str) -> Condition:
-    """One condition for each name, by which selections are remembered."""
+def _group_condition(name: str) -> Condition:
+    """Return the condition of a group, one object for each name, because selections are cached by it."""
     return Condition.group(name)

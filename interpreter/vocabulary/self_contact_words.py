@@ -1,4 +1,4 @@
-"""Contacts of bodies that both deform: a body with itself, or with another piece of it; and what is glued together."""
+"""Contacts between deformable surfaces of one body: self-contact, contact of its separate pieces, and tied surfaces."""
 
 from __future__ import annotations
 
@@ -7,59 +7,57 @@ from typing import Annotated, Any
 from softmark.interpreter.language.coordinate_conditions import EVERYWHERE
 from softmark.records import dataclass
 
-REACH = 1e-2  # of the size: surfaces that are no farther apart are tied
+REACH = 1e-2  # default largest gap of tied surfaces, as a fraction of the body size
 
 
 @dataclass(frozen=True)
 class Itself:
-    """Keeps the surface of a body clear of itself: pieces of `apart(...)` of each other, one piece of its own folds.
+    """Self-contact of a body: separate pieces of `apart(...)` with each other, and the folds of one piece.
 
-    Both deform, and nothing passes through anything: no triangle of the surface cuts another, in any state on the way.
-    A barrier does it (the incremental potential, Li et al. 2020): it has no pressure beyond the `distance`, and ever
-    more as the gap closes, so that a gap of less than the distance is left, which is part of the stated error. It is
-    integrated over both surfaces, whose meshes need not match; facets are split `parts` times along each side for that,
-    and a uniform pressure is uniform the better the more there are. Surfaces must be apart at the start, be it by
-    little: the distance is then no more than their gap. Finite elements take it, at rest and in motion by implicit
-    steps, in space, in the plane and of revolution, with the package ipctk (the extra `contact`: `pip install
-    "softmark[contact]"`). In motion it acts at the end of every step, as rigid bodies do, and keeps momentum. Take
-    finite strain where surfaces slide along each other: in small strain their forces leave a moment, and are refused.
-    `force(NAME, along = +z)` is the force on all pieces but the first.
+    Both surfaces deform and nothing penetrates: no triangle of the surface crosses another one, in any intermediate
+    state. A barrier enforces this (incremental potential contact, Li et al. 2020). It acts only at gaps below
+    `distance` and grows without bound as the gap closes, so a gap smaller than `distance` remains, which is part of the
+    stated error. The barrier is integrated over both surfaces, whose meshes need not match. For this each side of a
+    facet is divided into `parts`; more parts give a more uniform pressure. Surfaces must not touch at the start, and
+    `distance` is never larger than their initial gap. `force(NAME, along = +z)` is the force on all pieces but the
+    first.
 
-    With `friction` surfaces stick up to friction times pressure, and slide beyond: Coulomb's law at points of both, by
-    return mapping. What sticks gives way by a part of the distance: friction times pressure over ten stiffnesses of the
-    barrier. What slides depends on the way there: each of the `states` of a static analysis is one step from the state
-    before, so that more states are a finer path; without states all of the load is one step. `slip(NAME)` and
-    `stick_area(NAME)` say what slides, `dissipation(BODY)` what has become heat. In motion each time step goes on from
-    the one before; its heat is in the balance of energies, and the report tells what slides.
+    Finite elements support it in static analyses and in dynamic ones with implicit steps: in three dimensions, in the
+    plane and axisymmetric. It needs the package ipctk (the extra `contact`: `pip install "softmark[contact]"`). In
+    motion it acts at the end of every step, like contact with rigid bodies, and conserves momentum. Use finite strain
+    if surfaces slide along each other: in small strain their forces would leave a moment, so this is refused.
+
+    `friction` is Coulomb's law at points of both surfaces, by return mapping: surfaces stick up to friction times
+    pressure and slide beyond. Sticking points slip elastically by a fraction of `distance`: by friction times pressure,
+    divided by ten times the barrier stiffness. Sliding depends on the load path. Each of the `states` of a static
+    analysis is one step from the previous state, so more states resolve the path better; without states the full load
+    is one step. `slip(NAME)` and `stick_area(NAME)` measure the sliding, `dissipation(BODY)` the heat. In motion each
+    time step continues from the previous one; the heat is part of the energy balance, and the report lists the sliding.
     """
 
     body: Annotated[str, "body", "the deformable body"]
-    where: Annotated[Any, "condition", "which part of its surface may touch, by coordinates before deformation"] = (
-        EVERYWHERE
-    )
-    friction: Annotated[float, "1 in [0, 10]", "Coulomb's coefficient of friction"] = 0.0
-    distance: Annotated[float | None, "m in (0, inf)", "where the barrier begins; by default a thousandth of the size,"
-                        " or the least gap"] = None  # fmt: skip
-    stiffness: Annotated[float | None, "Pa in (0, inf)", "of the barrier: a quarter of its pressure at half the"
-                         " distance; by default a tenth of Young's modulus"] = None  # fmt: skip
-    parts: Annotated[int | None, "1 in [1, 16]", "parts of a side of a facet; by default 3, and 4 of facets with"
-                     " nodes between corners"] = None  # fmt: skip
+    where: Annotated[Any, "condition", "part of its surface that may touch, by undeformed coordinates"] = EVERYWHERE
+    friction: Annotated[float, "1 in [0, 10]", "Coulomb friction coefficient"] = 0.0
+    distance: Annotated[float | None, "m in (0, inf)", "gap below which the barrier acts; default: 1/1000 of the body"
+                        " size, or the smallest gap"] = None  # fmt: skip
+    stiffness: Annotated[float | None, "Pa in (0, inf)", "barrier stiffness: a quarter of its pressure at half the"
+                         " distance; default: a tenth of Young's modulus"] = None  # fmt: skip
+    parts: Annotated[int | None, "1 in [1, 16]", "divisions of each side of a facet; default: 3, or 4 for facets with"
+                     " midside nodes"] = None  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Tied:
-    """Glues pieces of `apart(...)` where they lie on each other at the start, whose meshes need not match.
+    """Tie constraint between pieces of `apart(...)` where they touch at the start; their meshes need not match.
 
-    Springs between the two surfaces, integrated over what their facets have in common, which is cut out exactly: a
-    uniform stress goes through as it is. A stress s opens the joint by s / stiffness, part of the stated error.
-    `force(NAME, along = +z)` is the force on all pieces but the first.
+    It consists of springs between the two surfaces, integrated over the exact intersections of their facets, so a
+    uniform stress is transmitted exactly. A stress s opens the joint by s / stiffness, which is part of the stated
+    error. `force(NAME, along = +z)` is the force on all pieces but the first.
     """
 
     body: Annotated[str, "body", "the deformable body"]
-    where: Annotated[Any, "condition", "which part of its surface is glued, by coordinates before deformation"] = (
-        EVERYWHERE
-    )
-    stiffness: Annotated[float | None, "Pa/m in (0, inf)", "of the joint; by default 10 000 times Young's modulus over"
-                         " the size of the body"] = None  # fmt: skip
-    reach: Annotated[float | None, "m in (0, inf)", "how far apart surfaces may be that lie on each other; by default a"
-                     " hundredth of the size of the body"] = None  # fmt: skip
+    where: Annotated[Any, "condition", "part of its surface that is tied, by undeformed coordinates"] = EVERYWHERE
+    stiffness: Annotated[float | None, "Pa/m in (0, inf)", "stiffness of the joint; default: 10 000 times Young's"
+                         " modulus divided by the body size"] = None  # fmt: skip
+    reach: Annotated[float | None, "m in (0, inf)", "largest gap between surfaces that are tied; default: 1/100 of the"
+                     " body size"] = None  # fmt: skip

@@ -1,8 +1,9 @@
-"""Supports: where a body is held, or moved by a given amount.
+"""Supports: parts of a body that are held, or moved by a given amount.
 
-To add one: a class with the fields `body`, `where` and `components`, a line in SUPPORTS. Derived from Holding it holds
-components of all that it selects, at rest or moved by one vector, and every model takes it. Derived from Support alone
-it is refused by every model whose `supports` do not name it, until its formulas are written.
+To add one: a class with the fields `body`, `where` and `components`, and a line in SUPPORTS. A class derived from
+Holding holds components of all points that it selects, at rest or moved by one vector, and every model supports it. A
+class derived directly from Support is refused by every model that does not list it in `supports`, until its formulas
+are written.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from softmark.interpreter.vocabulary.load_words import at_state, scaled
+from softmark.interpreter.vocabulary.load_words import in_state_of_value, scaled
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -25,90 +26,92 @@ Vector3 = tuple[float, float, float]
 
 
 class Support:
-    """What every support says."""
+    """Base class of supports."""
 
-    moves = False  # it imposes a motion
-    course: Any = None  # how it moves in a dynamic analysis, or from state to state
-    components: tuple[int, ...]  # directions of x, y and z in which it holds
+    moves = False  # True if it imposes a motion
+    course: Any = None  # amplitude over time, or from state to state
+    components: tuple[int, ...]  # directions (0 x, 1 y, 2 z) that are held
 
     @property
     def tracked(self) -> str | None:
-        """The measurement whose points it follows."""
+        """Name of the measurement whose points it follows, None for other supports."""
         return None
 
     @property
     def displacement(self) -> Vector3:
-        """That it imposes at full load on all that it moves alike, m."""
+        """Displacement at full load that is the same for all its points, m."""
         return (0.0, 0.0, 0.0)
 
     @property
     def imposed(self) -> Vector3:
-        """The same without the directions that it leaves free, m."""
+        """Displacement at full load with zeros in the directions that are left free, m."""
         x, y, z = (v if c in self.components else 0.0 for c, v in enumerate(self.displacement))
         return x, y, z
 
     @property
     def rotation(self) -> Vector3:
-        """By how much it turns what it moves at full load: along the axis, in rad, of any size."""
+        """Rotation at full load as a vector along the axis, rad; it may exceed a full turn."""
         return (0.0, 0.0, 0.0)
 
     @property
     def turns(self) -> bool:
-        """Whether what it imposes is not in proportion to the load: points move on circles."""
+        """True if points move on circles, so that displacements are not proportional to the load."""
         return any(self.rotation)
 
     def moved(self, X: Floats, share: float = 1.0) -> Floats:
-        """What it imposes on points X (n, 3) at a share of the load (n, 3), m."""
+        """Return the displacements (n, 3), m, imposed on points X (n, 3) at a fraction of the load."""
         return np.tile(share * np.array(self.displacement), (len(X), 1))
 
     def part(self, share: float) -> Self:
-        """The same at a part of its full size."""
+        """Return the support with its motion scaled to a fraction of the full size."""
         return self
 
     def in_state(self, number: int, value: float) -> Self:
-        """The same in one state of a static analysis, of this value."""
-        moved: Self = at_state(self, value)
+        """Return the support in one state of a static analysis, which has this value."""
+        moved: Self = in_state_of_value(self, value)
         return moved
 
 
 class Holding(Support):
-    """One that holds `components` of all points `where` it selects them, and moves them by its `displacement`."""
+    """Support that holds `components` of all points selected by `where`, and moves them by its `displacement`."""
 
     where: Any
 
 
 class ByVector(Support):
-    """One that moves what it holds `by` one vector."""
+    """Support that moves its points by one vector, `by`."""
 
     by: Vector3
 
     @property
     def displacement(self) -> Vector3:
-        """That it imposes at full load, m."""
+        """Displacement at full load, m."""
         return self.by
 
     def part(self, share: float) -> Self:
-        """The same at a part of its full size."""
+        """Return the support with its displacement scaled to a fraction."""
         moved: Self = scaled(self, "by", share)
         return moved
 
 
 @dataclass(frozen=True)
 class Fixed(Holding):
-    """Holds the selected part of a body where it is.
+    """Fixes the selected part of a body.
 
-    `components` chooses what is held; without it all three are. A beam model turns the condition into its rigid
-    cross-section: a clamp over a whole section holds its rotation as well.
+    `components` chooses the directions; by default all three are fixed. A beam model applies the support to its rigid
+    cross-sections: a clamp over a whole section also fixes its rotation.
     """
 
-    body: Annotated[str, "body", "the body that is held"]
-    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
-    components: Annotated[tuple[int, ...], "components", "directions in which they are held"] = (0, 1, 2)
+    body: Annotated[str, "body", "body that is held"]
+    where: Annotated[Any, "condition", "selected points, by undeformed coordinates"]
+    components: Annotated[tuple[int, ...], "components", "directions that are fixed"] = (0, 1, 2)
 
 
 @dataclass(frozen=True)
 class InPlane(Holding):
-    """Holds all points of a plane body in their planes: no scene names it, the body does."""
+    """Support that keeps all points of a plane body in their planes. Bodies add it themselves; scenes do not declare
+    it.
+    """
 
     body: str
     where: Any
@@ -117,30 +120,32 @@ class InPlane(Holding):
 
 @dataclass(frozen=True)
 class OnAxis(InPlane):
-    """Holds the points of a body of revolution that lie on its axis there."""
+    """Support that keeps the points on the axis of a body of revolution on that axis."""
 
     components = (0,)
 
 
 @dataclass(frozen=True)
 class Symmetric(Holding):
-    """Lets a body stand for itself and its mirror image: a plane of symmetry, in which its points may move.
+    """Plane of symmetry: the body represents itself and its mirror image, and points of the plane stay in it.
 
-    `where` selects the plane face that lies in it, as `x <= 0 mm` does of a body with x >= 0; what is normal to the
-    plane is held. The plane is normal to x, y or z, and the body lies on one side of it. A beam model holds the two
-    rotations as well that a section in the plane cannot make. Loads and supports must be symmetric too: gravity across
-    the plane is refused, as are motions that start across it, and a traction, an elastic foundation or a drain on the
-    plane itself, which is a face of the half alone. Forces, energies and mass are those of the part; of a force at a
-    point of the plane give half (`W335`). The answer is symmetric as well: what buckles or vibrates to one side alone
-    is not found.
+    `where` selects the plane face that lies in it, such as `x <= 0 mm` for a body with x >= 0. Displacements normal to
+    the plane are zero. The plane is normal to x, y or z, and the body lies on one side of it. A beam model also fixes
+    the two rotations that would tilt the section out of the plane. Loads and supports must be symmetric too: gravity
+    across the plane and initial velocities across it are refused. So are a traction, an elastic foundation or a drain
+    on the plane itself, because only the half model has that face. Forces, energies and mass are those of the half
+    model; for a force at a point of the plane give half of it (`W335`). The solution is symmetric as well: buckling and
+    vibration modes that are not symmetric are not found.
     """
 
-    body: Annotated[str, "body", "the body that is held"]
-    where: Annotated[Any, "condition", "the plane face, by coordinates before deformation: `x <= 0 mm`"]
+    body: Annotated[str, "body", "body that is held"]
+    where: Annotated[Any, "condition", "plane face, by undeformed coordinates: `x <= 0 mm`"]
 
     @property
     def normal(self) -> tuple[int, float] | None:
-        """Which coordinate is constant on the plane, and where it lies, m; None where this is about no such plane."""
+        """Index of the coordinate that is constant on the plane, and its value, m; None if `where` selects no such
+        plane.
+        """
         found = set()
         for border in self.where.borders:
             *normal, d = border.plane or (1.0, 1.0, 1.0, 0.0)
@@ -152,68 +157,68 @@ class Symmetric(Holding):
 
     @property
     def components(self) -> tuple[int, ...]:  # type: ignore[override]
-        """The direction that is held: the plane's normal."""
+        """Direction that is held: the normal of the plane."""
         return () if self.normal is None else (self.normal[0],)
 
 
 @dataclass(frozen=True)
 class Displaced(ByVector, Holding):
-    """Moves the selected part of a body by a given vector; components that are not named stay free."""
+    """Moves the selected part of a body by a given vector; directions not listed in `components` stay free."""
 
     moves = True
 
-    body: Annotated[str, "body", "the body that is moved"]
-    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
+    body: Annotated[str, "body", "body that is moved"]
+    where: Annotated[Any, "condition", "selected points, by undeformed coordinates"]
     by: Annotated[Vector3, "m", "displacement at full load"]
-    components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
+    components: Annotated[tuple[int, ...], "components", "directions in which displacements are imposed"] = (0, 1, 2)
     course: Annotated[
         Any | None,
         "course",
-        "how it moves in a dynamic analysis, or from state to state of a static one; at once without",
+        "amplitude over time or from state to state; default: full motion from the start",
     ] = None
 
 
 @dataclass(frozen=True)
 class Turned(Holding):
-    """Turns the selected part of a body about an axis, right-handed: by half a turn, or by three, and ten at most.
+    """Rotates the selected part of a body about an axis (right-hand rule), by up to ten full turns.
 
-    Every point of it moves on its circle about the axis, exactly and not to first order. A static analysis goes there
-    in steps of at most 15 degrees from rest, loads growing with them, so that a turn of 360 degrees is not none. With
-    all components held the part keeps its distances; with `components = (y, z)` what turns about x may slide along it.
-    `moment(NAME, along = +x)` is the torque that it takes, `force(NAME, along = +x)` the pull along the axis. A beam
-    turns whole sections. Steps of loads leave no room for `path = arc_length`, caps, reduced models and disturbed
-    starts. Small strain takes a large turn for a growth of the body.
+    Every point moves exactly on its circle about the axis, not only to first order. A static analysis applies the
+    rotation in steps of at most 15 degrees from rest, and raises the loads with them, so a rotation of 360 degrees
+    differs from none. With all components held the part keeps its shape; with `components = (y, z)` a part that rotates
+    about x may slide along x. `moment(NAME, along = +x)` is the torque of the support, `force(NAME, along = +x)` its
+    axial force. On a beam whole cross-sections rotate. Because of the load steps, `path = arc_length`, `cap`, reduced
+    models and `disturbed` starts are refused. In small strain a large rotation would appear as growth of the body.
     """
 
     moves = True
 
-    body: Annotated[str, "body", "the body that is turned"]
-    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
-    axis: Annotated[Vector3, "direction", "the axis of the turn, right-handed"]
-    angle: Annotated[float, "rad in [-62.831854, 62.831854]", "by how much, at full load: `180 deg`"]
-    through: Annotated[Vector3, "m", "a point of the axis"] = (0.0, 0.0, 0.0)
-    components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
+    body: Annotated[str, "body", "body that is rotated"]
+    where: Annotated[Any, "condition", "selected points, by undeformed coordinates"]
+    axis: Annotated[Vector3, "direction", "axis of rotation, right-hand rule"]
+    angle: Annotated[float, "rad in [-62.831854, 62.831854]", "angle of rotation at full load: `180 deg`"]
+    through: Annotated[Vector3, "m", "point on the axis"] = (0.0, 0.0, 0.0)
+    components: Annotated[tuple[int, ...], "components", "directions in which displacements are imposed"] = (0, 1, 2)
     course: Annotated[
         Any | None,
         "course",
-        "how it turns in a dynamic analysis, or from state to state of a static one; at once without",
+        "amplitude over time or from state to state; default: full rotation from the start",
     ] = None
 
     @property
     def rotation(self) -> Vector3:
-        """By how much it turns what it moves at full load, along the axis, rad."""
+        """Rotation at full load as a vector along the axis, rad."""
         x, y, z = (self.angle * c for c in self.axis)
         return x, y, z
 
     def moved(self, X: Floats, share: float = 1.0) -> Floats:
-        """Of points X (n, 3) on their circles (n, 3), m: sin a  n x r + (1 - cos a) n x (n x r) (Rodrigues)."""
+        """Return displacements (n, 3), m, of points X (n, 3): sin a  n x r + (1 - cos a) n x (n x r) (Rodrigues)."""
         n, angle = np.array(self.axis), share * self.angle
         across = np.cross(n, X - np.array(self.through))
         found: Floats = math.sin(angle) * across + 2.0 * math.sin(0.5 * angle) ** 2 * np.cross(n, across)
         return found
 
     def part(self, share: float) -> Self:
-        """The same at a part of its full size."""
+        """Return the support with its angle scaled to a fraction."""
         turned: Self = scaled(self, "angle", share)
         return turned
 
@@ -222,88 +227,90 @@ class Turned(Holding):
 class Follows(Holding):
     """Moves the selected part of a body as tracked points moved in an experiment.
 
-    Between the points their displacements are interpolated by thin plate splines (Duchon 1977) that pass through them,
-    and beyond the outermost ones extrapolated. Points of one layer, a tenth as thick as wide or less, are taken to lie
-    in its plane: what changes across the layer is not followed. Only points near the selected part count: those within
-    `reach` of it. In a solid model every node of the selected part is moved.
+    Displacements between the tracked points are interpolated by thin plate splines (Duchon 1977), exact at the points,
+    and extrapolated beyond the outermost ones. If the points form a layer, a tenth as thick as wide or less, they are
+    treated as lying in its plane: changes across the layer are ignored. Only tracked points within `reach` of the
+    selected part are used. In a solid model every node of the selected part is moved.
     """
 
     moves = True
 
-    body: Annotated[str, "body", "the body that is moved"]
-    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
-    of: Annotated[str, "reference", "the measurement: a reference of tracked points"]
-    reach: Annotated[float, "m in (0, inf)", "how far from the selected part a tracked point may lie"]
-    components: Annotated[tuple[int, ...], "components", "directions in which it is imposed"] = (0, 1, 2)
+    body: Annotated[str, "body", "body that is moved"]
+    where: Annotated[Any, "condition", "selected points, by undeformed coordinates"]
+    of: Annotated[str, "reference", "measurement: a reference with tracked points"]
+    reach: Annotated[float, "m in (0, inf)", "largest distance of a tracked point from the selected part"]
+    components: Annotated[tuple[int, ...], "components", "directions in which displacements are imposed"] = (0, 1, 2)
 
     @property
     def tracked(self) -> str:
-        """The measurement whose points it follows."""
+        """Name of the measurement whose points it follows."""
         return self.of
 
 
 @dataclass(frozen=True)
 class Hinged(ByVector):
-    """Holds points of the axes of a network, or moves them, and leaves their sections to turn.
+    """Holds or moves points on the axes of a network, and leaves their cross-sections free to rotate.
 
-    With an `axis` they turn about that alone, as on a bolt; without one in every way, as on a ball. `components`
-    chooses what is held of their places: `components = y` is a roller that slides along x and z. A hinge between two
-    members is no support: members that meet are joined rigidly.
+    With an `axis` sections rotate only about it, as on a pin; by default they rotate freely, as on a ball joint.
+    `components` chooses the directions that are held: `components = y` is a roller that slides along x and z. This is
+    not a hinge between two members: members that meet are joined rigidly.
     """
 
-    body: Annotated[str, "body", "the network that is held"]
-    where: Annotated[Any, "condition", "which of its points, by their coordinates before deformation"]
-    axis: Annotated[Vector3 | None, "direction", "what sections may turn about; every axis without"] = None
+    body: Annotated[str, "body", "beam network that is held"]
+    where: Annotated[Any, "condition", "selected points, by undeformed coordinates"]
+    axis: Annotated[Vector3 | None, "direction", "axis about which sections may rotate; default: all axes"] = None
     by: Annotated[Vector3, "m", "displacement at full load"] = (0.0, 0.0, 0.0)
-    components: Annotated[tuple[int, ...], "components", "directions in which places are held"] = (0, 1, 2)
-    course: Annotated[Any | None, "course", "how it moves from state to state; at once without"] = None
+    components: Annotated[tuple[int, ...], "components", "directions that are held"] = (0, 1, 2)
+    course: Annotated[Any | None, "course", "amplitude from state to state; default: full motion from the start"] = None
 
     @property
     def moves(self) -> bool:  # type: ignore[override]
-        """Whether it imposes a motion."""
+        """True if it imposes a displacement."""
         return any(self.by)
 
 
 @dataclass(frozen=True)
 class Bedded(Support):
-    """Lets a part of a surface lie on springs, and on dashpots: on tissue around it, foam, soil.
+    """Elastic foundation: springs and dashpots under a part of the surface, for surrounding tissue, foam or soil.
 
-    A traction -(stiffness u + damping v) acts on every point of it, u how far it has moved and v how fast, per area
-    before deformation: in all directions, or along the normal before deformation alone (`directions = normal`), so that
-    it slides. Springs pull as they press: what lifts off is not known to them. They keep their directions, and have no
-    moment of their own. The dashpots act in a dynamic analysis. Finite elements take it, in space and in the plane.
-    What stands between bed and body is a reaction as of any support: `force(NAME, along = +z)`.
+    The traction -(stiffness u + damping v) acts at every point, per undeformed area, with u the displacement and v the
+    velocity. It acts in all directions, or only along the undeformed normal (`directions = normal`), so that the
+    surface can slide. The springs resist tension and compression alike; there is no lift-off. Their directions stay
+    fixed, and they exert no moments of their own. The dashpots act only in a dynamic analysis. Finite elements support
+    it in three dimensions and in the plane. The force between foundation and body is a reaction as of any support:
+    `force(NAME, along = +z)`.
     """
 
-    components = ()  # it holds nothing where it is
+    components = ()  # no displacement is prescribed
 
-    body: Annotated[str, "body", "the body that lies on it"]
-    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
-    stiffness: Annotated[float, "Pa/m in (0, inf)", "traction for each length moved: `10 kPa/mm`"]
-    damping: Annotated[float, "Pa*s/m in [0, inf)", "traction for each speed"] = 0.0
-    directions: Annotated[Literal["all", "normal"], "the ways in which it acts"] = "all"
+    body: Annotated[str, "body", "body on the foundation"]
+    where: Annotated[Any, "condition", "part of its surface, by undeformed coordinates"]
+    stiffness: Annotated[float, "Pa/m in (0, inf)", "traction per displacement: `10 kPa/mm`"]
+    damping: Annotated[float, "Pa*s/m in [0, inf)", "traction per velocity"] = 0.0
+    directions: Annotated[Literal["all", "normal"], "directions in which it acts"] = "all"
 
 
 @dataclass(frozen=True)
 class Level(Support):
-    """Keeps a plane face level: a rigid plate on it without friction, which does not tilt.
+    """Keeps a plane face parallel to itself: a rigid frictionless plate on it that cannot tilt.
 
-    All points of the face move alike along its normal, by as much as loads and the body make them, and as they like
-    within it. What presses the plate is a load on the face, such as a `traction`: it counts by its sum alone. A plate
-    whose travel is given is `displaced(...)`. It is held level by springs between each point and the mean of all, 1e6
-    times as stiff as the body behind it: an unevenness of about 1e-5 of the travel is left. Finite elements take
-    it at rest and in quasistatic analyses, in space and in the plane, of faces normal to x, y or z.
+    All points of the face move by the same distance along its normal, which follows from the loads, and freely in the
+    plane of the face. A load on the plate is a load on the face, such as a `traction`; only its resultant matters. For
+    a plate with a given displacement use `displaced(...)`. The constraint is enforced by springs between each point and
+    the mean of all points, 1e6 times as stiff as the body behind them; an unevenness of about 1e-5 of the displacement
+    remains. Finite elements support it in static and quasistatic analyses, in three dimensions and in the plane, for
+    faces normal to x, y or z.
     """
 
-    components = ()  # it holds nothing where it is
+    components = ()  # no displacement is prescribed
     damping: ClassVar[float] = 0.0
 
-    body: Annotated[str, "body", "the body that it lies on"]
-    where: Annotated[Any, "condition", "which plane face of it, by coordinates before deformation"]
+    body: Annotated[str, "body", "body under the plate"]
+    where: Annotated[Any, "condition", "plane face, by undeformed coordinates"]
 
 
 class Drain(Support):
-    """One that lets fluid through a part of the surface of a porous body: it holds a pressure there, and no point."""
+    """Support that prescribes the pore pressure on a part of the surface of a porous body; it does not hold points."""
 
     components = ()
     body: str
@@ -311,43 +318,45 @@ class Drain(Support):
 
     @property
     def pressure(self) -> float:
-        """Of the fluid there at full size, Pa."""
+        """Pore pressure at full size, Pa."""
         return 0.0
 
 
 @dataclass(frozen=True)
 class Drained(Drain):
-    """Lets fluid leave and enter freely through a part of the surface of a `biphasic` body: its pressure there is 0.
+    """Free drainage of a `biphasic` body: fluid crosses the selected surface freely, with pore pressure 0.
 
-    Faces that no support names are sealed. It holds no point where it is: a porous plate that carries a load needs the
-    load besides. `outflow(NAME)` is what has left through it. An edge that two of them share is the first's.
+    Surfaces without such a support are sealed. It does not hold the solid in place: a porous plate that carries a load
+    needs that load declared as well. `outflow(NAME)` is the fluid volume that has left through it. An edge that two of
+    these supports share belongs to the first.
     """
 
-    body: Annotated[str, "body", "the body whose fluid it lets through"]
-    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
+    body: Annotated[str, "body", "biphasic body"]
+    where: Annotated[Any, "condition", "part of its surface, by undeformed coordinates"]
 
 
 @dataclass(frozen=True)
 class PorePressure(Drain):
-    """Holds the pressure of the fluid at a part of the surface of a `biphasic` body: of a bath, a pump, a column.
+    """Prescribes the pore pressure on a part of the surface of a `biphasic` body, as a bath, pump or column does.
 
-    It is a pressure above that of the air around, and fluid enters or leaves as it must. It is that of the fluid alone:
-    what a bath presses on the solid is a load, `pressure(...)` of the same size. `outflow(NAME)` is what has left.
+    The pressure is relative to the surrounding air; fluid enters or leaves as needed. It acts only on the fluid: the
+    pressure of a bath on the solid is a load, `pressure(...)` of the same size. `outflow(NAME)` is the fluid volume
+    that has left through it.
     """
 
     moves = True
 
-    body: Annotated[str, "body", "the body whose fluid it presses"]
-    where: Annotated[Any, "condition", "which part of its surface, by coordinates before deformation"]
-    value: Annotated[float, "Pa", "the pressure of the fluid, at full size"]
-    course: Annotated[Any | None, "course", "how it comes to that in time; at once without"] = None
+    body: Annotated[str, "body", "biphasic body"]
+    where: Annotated[Any, "condition", "part of its surface, by undeformed coordinates"]
+    value: Annotated[float, "Pa", "pore pressure at full size"]
+    course: Annotated[Any | None, "course", "amplitude over time; default: full pressure from the start"] = None
 
     @property
     def pressure(self) -> float:
-        """Of the fluid there at full size, Pa."""
+        """Pore pressure at full size, Pa."""
         return self.value
 
     def part(self, share: float) -> Self:
-        """The same at a part of its full size."""
+        """Return the support with its pressure scaled to a fraction."""
         less: Self = scaled(self, "value", share)
         return less

@@ -19,7 +19,7 @@ from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.materials import MATERIALS, STRAINS, Isotropic, law_for
-from softmark.solvers.mesh.element_interpolation import Integration, integration, locate
+from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells, locate_points
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 
 Where = Callable[[Floats], NDArray[np.bool_]]  # of points (n, 3) in m, which are meant (n,)
@@ -76,7 +76,7 @@ class Solid:
     mesh: Mesh
     material: Isotropic
     strain: Literal["small", "corotational", "finite"] = "finite"
-    integration: Literal["full", "selective"] = "full"
+    integrate_cells: Literal["full", "selective"] = "full"
 
     def __post_init__(self) -> None:
         if self.strain not in STRAINS:
@@ -120,7 +120,7 @@ class Solid:
         Raises ValueError for a point that lies more than `beyond` (m) outside the mesh, whose facets are inscribed in a
         curved surface.
         """
-        place = locate(self.mesh, np.array(X, dtype=np.float64).reshape(-1, 3))
+        place = locate_points(self.mesh, np.array(X, dtype=np.float64).reshape(-1, 3))
         if (farthest := float(place.outside.max(initial=0.0))) > beyond:
             raise ValueError(f"a point lies {farthest:.3g} m outside the mesh: {self._spans}")
         return place.interpolate(values)
@@ -133,7 +133,7 @@ class Solid:
     @cached_property
     def parts(self) -> Integration:
         """Gradients of shape functions and volumes at the integration points."""
-        return integration(self.mesh)
+        return integrate_cells(self.mesh)
 
     @cached_property
     def elastic(self) -> Elastic:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.solvers.assembly.sparsity_patterns import others, prepare
-from softmark.solvers.energies.energy import Energy, Floats, Ints, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
 
 
 class Assembly:
@@ -105,11 +105,11 @@ class Assembly:
                 energy.add_hessian(x, data, slots, scale, projected)
         K = self.pattern.matrix(data)
         for energy, scale in self._scaled(load):
-            if isinstance(energy, Wandering):
+            if isinstance(energy, DynamicPatternEnergy):
                 K = (K + scale * energy.matrix(x, projected)[self.free][:, self.free]).astype(self.kind).tocsr()
         return K
 
     def limit(self, x: Floats, d: Floats) -> float:
         """The part of an increment d (dofs,), at most 1, that can be gone before bodies would meet."""
-        each = (e for e in (*self.internal, *self.loads) if isinstance(e, Wandering))
+        each = (e for e in (*self.internal, *self.loads) if isinstance(e, DynamicPatternEnergy))
         return min((e.limit(x, d) for e in each), default=1.0)

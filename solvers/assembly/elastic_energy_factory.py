@@ -7,7 +7,7 @@ from typing import Any
 
 from softmark.solvers.assembly.pressure_predictor import MixedPoints, volumetric
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, Together
+from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, EnergySum
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.materials import Isotropic, drags_for, law_for, parts_for
 from softmark.solvers.materials.corotational import Corotational
@@ -20,7 +20,7 @@ def elastic_energy(mesh: Mesh, elastic: Elastic, material: Isotropic, strain: st
     parts = elastic_parts(mesh, elastic, material, strain, selective)
     first, *others = (_mixed(part, material, strain) for part in parts)
     if others:
-        return Together((first, *others))
+        return EnergySum((first, *others))
     if isinstance(first.law, Corotational) and mesh.element.constant:
         return CorotationalTets(first.cells, first.dNdX, first.w, first.law)
     return first
@@ -59,9 +59,13 @@ def elsewhere(elastic: Elastic, mesh: Mesh, at: Integration, law: ElasticLaw, dr
     made = Elastic(mesh.cells, at.dNdX, at.w, law, drag=drag)
     if type(elastic) is Elastic:
         return made
-    from softmark.solvers.energies.axisymmetric import Revolved
+    from softmark.solvers.energies.axisymmetric import AxisymmetricElastic
 
-    return Revolved.of(made, at.N, mesh.points, elastic.depth) if isinstance(elastic, Revolved) else made
+    return (
+        AxisymmetricElastic.of(made, at.N, mesh.points, elastic.depth)
+        if isinstance(elastic, AxisymmetricElastic)
+        else made
+    )
 
 
 def _mixed(part: Elastic, material: Isotropic, strain: str) -> Elastic:

@@ -9,7 +9,7 @@ from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
 from softmark.solvers.materials.volumetric_constraints import Mixed as Split
 from softmark.solvers.mesh.element_interpolation import Integration
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.mesh.pressure_interpolation import pressures
+from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
 def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> MixedSolid:
@@ -18,7 +18,7 @@ def with_pressures(mesh: Mesh, parts: Integration, split: Split, mu: float) -> M
     Their unit is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix outweighs
     another. Raises KeyError for an element without pressures.
     """
-    known = pressures(mesh)
+    known = build_pressure_space(mesh)
     edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
     at, body = 3 * len(mesh.points) + known.cells, (mesh.cells, parts.dNdX, parts.w)
     pair = (split.shape, split.constraint, split.compliance)

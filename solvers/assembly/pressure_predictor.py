@@ -15,7 +15,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, InvariantLaw, Together
+from softmark.solvers.energies.elastic_energy import Elastic, ElasticLaw, EnergySum, InvariantLaw
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
 from softmark.solvers.materials.polar_decomposition import rotation
@@ -83,7 +83,7 @@ class MixedPoints(Elastic):
         if self._of_invariants:
             f = components(self.F(x))
             more = self.expected - self._slope(determinant(f, cofactor(f)))
-            self._add_of_invariants(x, data, slots, scale, more.reshape(self.w.shape))
+            self._add_invariant_hessian(x, data, slots, scale, more.reshape(self.w.shape))
             return
         Elastic.add_hessian(self, x, data, slots, scale)
         F = self.F(x)
@@ -135,7 +135,7 @@ def slack(assembly: Assembly) -> Assembly:
 
 
 def _slack(energy: Energy) -> Energy:
-    if isinstance(energy, Together):
+    if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_slack(part) for part in energy.parts))
     if isinstance(energy, CorotationalTets):
         return Slack(energy)
@@ -157,13 +157,13 @@ def promised(assembly: Assembly, x: Floats, d: Floats | None) -> Assembly | None
 
 
 def _mixed(energy: Energy) -> bool:
-    if isinstance(energy, Together):
+    if isinstance(energy, EnergySum):
         return any(_mixed(part) for part in energy.parts)
     return isinstance(energy, MixedPoints | MeanDilatation)
 
 
 def _expecting(energy: Energy, x: Floats, d: Floats | None) -> Energy:
-    if isinstance(energy, Together):
+    if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_expecting(part, x, d) for part in energy.parts))
     if not isinstance(energy, MixedPoints | MeanDilatation):
         return energy

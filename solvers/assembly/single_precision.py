@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic_energy import Together
+from softmark.solvers.energies.elastic_energy import EnergySum
 from softmark.solvers.energies.energy import Energy, Floats
 
 RATIO = float(np.finfo(np.float32).eps / np.finfo(np.float64).eps)
@@ -24,8 +24,8 @@ GEOMETRY = ("dNdX", "w", "f", "p", "points", "bulk")  # fields that are numbers 
 def single(energy: Energy) -> Energy:
     """The same energy with its numbers rounded to single precision."""
     known: Any = energy
-    if isinstance(energy, Together):
-        return Together(tuple(single(part) for part in energy.parts))
+    if isinstance(energy, EnergySum):
+        return EnergySum(tuple(single(part) for part in energy.parts))
     rounded = {f.name: _rounded(getattr(known, f.name)) for f in fields(known) if f.name in GEOMETRY}
     found: Energy = replace(known, **rounded)
     return found
@@ -54,7 +54,7 @@ class SingleAssembly(Assembly):
     @cached_property
     def _gradients(self) -> float:
         """The largest gradient of a shape function, 1/m: a last digit of a displacement is a strain times that."""
-        whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, Together) else (e,))]
+        whole: list[Any] = [part for e in self.internal for part in (e.parts if isinstance(e, EnergySum) else (e,))]
         steepest = [float(np.abs(part.dNdX).max()) for part in whole if hasattr(part, "dNdX")]  # which springs have not
         return max(steepest, default=0.0)
 

@@ -10,7 +10,7 @@ from softmark.solvers.elements import element_of
 from softmark.solvers.energies.poroelastic import Permeable, Seeping
 from softmark.solvers.mesh.element_interpolation import Integration
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.pressure_interpolation import pressures
+from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
 def seeping(mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: Permeable, turns: bool) -> Seeping:
@@ -21,7 +21,7 @@ def seeping(mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: Permeab
     """
     if mesh.element.pressures != "corners":
         raise KeyError(mesh.kind)
-    known = pressures(mesh)
+    known = build_pressure_space(mesh)
     edge = float(np.cbrt(parts.w.sum() / len(mesh.cells)))
     at = 3 * len(mesh.points) + known.cells
     nodal = element_of(mesh.element.linear).shape(mesh.element.places())  # (a, b): what those of pressures are there

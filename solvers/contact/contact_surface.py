@@ -17,7 +17,7 @@ from softmark.solvers.contact.closest_face_points import away, least
 from softmark.solvers.contact.surface_points import SAME
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.plane_boundary import bordering
+from softmark.solvers.mesh.plane_boundary import is_on_border
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def skin_of(
 
     `flat` is for a slice; with a `depth`, m, of a slice through a body of revolution areas are those of whole rings.
     """
-    facets = np.flatnonzero(bordering(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
+    facets = np.flatnonzero(is_on_border(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
     sampled = facets if where is None else np.intersect1d(facets, where)
     split = _lines if flat else triangles
     nodes, N, faces, home = _corners(mesh, facets, parts, split)

@@ -7,7 +7,7 @@ import numpy as np
 from softmark.solvers.dynamics.dynamic_forces import Forces
 from softmark.solvers.dynamics.dynamic_problem import Rayleigh
 from softmark.solvers.dynamics.integrator import Motion, Stage
-from softmark.solvers.energies.energy import Dashpots, Floats
+from softmark.solvers.energies.energy import DampedEnergy, Floats
 
 
 class Damping:
@@ -30,7 +30,7 @@ class Damping:
         self._x = np.zeros(0)
         self._none = np.zeros(forces.dofs)
         each = zip(forces.internal, forces.pattern.slots, strict=False)
-        self._dashpots = [(e, slots) for e, slots in each if isinstance(e, Dashpots) and e.damps]
+        self._dashpots = [(e, slots) for e, slots in each if isinstance(e, DampedEnergy) and e.damps]
 
     @property
     def active(self) -> bool:

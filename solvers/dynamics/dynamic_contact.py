@@ -31,7 +31,7 @@ from softmark.solvers.contact.continuous_collision import Place, place, through
 from softmark.solvers.contact.rigid_contact import Touching
 from softmark.solvers.dynamics.contact_output import Acting, Surfaces, acting, meeting
 from softmark.solvers.dynamics.integrator import CutsIn, StepFailed, TooSoft
-from softmark.solvers.energies.energy import Floats, Ints, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.integrator import Motion
@@ -51,7 +51,7 @@ class Impact:
         contacts: Sequence[Touching],
         courses: Sequence[Course],
         slots: Sequence[Ints],
-        meets: Sequence[Wandering] = (),
+        meets: Sequence[DynamicPatternEnergy] = (),
         couple: Callable[[Ints], Ints] | None = None,
     ) -> None:
         self.contacts: list[Any] = list(contacts)
@@ -250,7 +250,9 @@ def _step(times: Sequence[float], i: int) -> float:
 class Touches:
     """All contacts at one time: with rigid bodies, and of surfaces that both deform."""
 
-    def __init__(self, posed: Sequence[Touching], slots: Sequence[Ints], meets: Sequence[Wandering] = ()) -> None:
+    def __init__(
+        self, posed: Sequence[Touching], slots: Sequence[Ints], meets: Sequence[DynamicPatternEnergy] = ()
+    ) -> None:
         self.slots = slots
         self.posed: list[Any] = list(posed)  # with friction or without
         self.meets: list[Any] = list(meets)

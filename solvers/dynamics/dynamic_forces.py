@@ -13,7 +13,7 @@ from softmark.solvers.assembly.sparsity_patterns import Pattern, prepare
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.load_amplitudes import Constant, Course, StepLoad, graded, mean_of
 from softmark.solvers.energies.elastic_energy import add_drag
-from softmark.solvers.energies.energy import Energy, Floats, Ints, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.dynamic_contact import Impact
@@ -56,7 +56,7 @@ class Forces:
         self._last: tuple[bytes, Floats] = (b"", np.zeros(0))
         self._blocks = _block_places(self.pattern, self.free, problem.turning.where) if problem.turning else None
 
-    def _impact(self, courses: Sequence[Course], meets: Sequence[Wandering]) -> Impact:
+    def _impact(self, courses: Sequence[Course], meets: Sequence[DynamicPatternEnergy]) -> Impact:
         """The contacts with rigid bodies, which have those courses, and those of surfaces that both deform."""
         from softmark.solvers.dynamics.dynamic_contact import Impact
 

@@ -14,7 +14,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.integrator import Integrator
 from softmark.solvers.dynamics.load_amplitudes import Constant, Course
 from softmark.solvers.dynamics.trapezoidal_rule import Trapezoidal
-from softmark.solvers.energies.energy import Floats, Ints, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 from softmark.solvers.linear.factorisations import factor
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class Dynamics:
     remembering: Remembering | None = None
     pulling: int = 0
     way: Way | None = None
-    meets: tuple[Wandering, ...] = ()
+    meets: tuple[DynamicPatternEnergy, ...] = ()
 
     @property
     def moves(self) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from softmark.solvers.dynamics.dynamic_forces import Force, Forces
 from softmark.solvers.dynamics.implicit_newton import Outcome, StageEquations, StageTrial
 from softmark.solvers.dynamics.integrator import Motion, Stage
-from softmark.solvers.energies.energy import Energy, Floats, Lagging
+from softmark.solvers.energies.energy import Energy, Floats, LaggedTangentEnergy
 
 if TYPE_CHECKING:
     from softmark.solvers.dynamics.implicit_step import System
@@ -28,9 +28,9 @@ POOR = 0.6  # mean factor of the residual per iteration above which Newton's met
 PAUSE = 64  # steps at most that are left to Newton's method after failures
 
 
-def lagging(energies: Sequence[Energy]) -> TypeGuard[tuple[Lagging, ...]]:
+def lagging(energies: Sequence[Energy]) -> TypeGuard[tuple[LaggedTangentEnergy, ...]]:
     """Whether all of these energies offer a lagged tangent."""
-    return all(isinstance(e, Lagging) for e in energies)
+    return all(isinstance(e, LaggedTangentEnergy) for e in energies)
 
 
 def suits(forces: Forces) -> bool:
@@ -57,7 +57,7 @@ class Lagged:
         self._rest = self._pause = 0
 
     @property
-    def energies(self) -> tuple[Lagging, ...]:
+    def energies(self) -> tuple[LaggedTangentEnergy, ...]:
         """Those of the internal forces."""
         internal = self.forces.internal
         assert lagging(internal)

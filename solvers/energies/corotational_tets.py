@@ -1,8 +1,9 @@
-"""Corotational four-node tetrahedra in one pass per cell: what `Elastic` with the law `Corotational` gives, sooner.
+"""Corotational four-node tetrahedra, assembled in one pass per cell: same result as `Elastic` with `Corotational`,
+faster.
 
 The block of nodes a and b of a cell is w (2 mu g_a.g_b I + lam r_a r_b^T + [r_a] Y [r_b]^T) with g = dN/dX, r = R g,
-[r] the matrix of the cross product with r, and Y = c R (tr S I - S)^-1 R^T, c = lam tr(S - I) - 2 mu: the terms
-of `Corotational`'s dP/dF, whose twists act on g as R (e x g). Rows and columns of a cell sum to zero, so that
+[r] the cross-product matrix of r, and Y = c R (tr S I - S)^-1 R^T, c = lam tr(S - I) - 2 mu. These are the terms of
+dP/dF of `Corotational`; a rotation increment e acts on g as R (e x g). The rows and columns of a cell sum to zero, so
 three of its nodes are computed and the fourth follows.
 """
 
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.energies import displacement_gradient_scaling
-from softmark.solvers.energies.energy import Floats, Ints, Lagging
+from softmark.solvers.energies.energy import Floats, Ints, LaggedTangentEnergy
 from softmark.solvers.energies.matrix_decompositions import Nine, nearest_rotation, orthogonalise, set_above_identity
 from softmark.solvers.runtime.kernel_cache import kernel, part
 
@@ -32,25 +33,26 @@ FLOOR = GAP = 1e-6  # below which the law divides by nothing and decomposes by s
 
 
 class CorotationalLaw(Protocol):
-    """What the energy needs of the law."""
+    """Interface of the constitutive law: its two Lame constants and its tangent."""
 
     @property
     def mu(self) -> float:
-        """Lame's constant of shear, Pa."""
+        """First Lame constant mu (shear modulus), Pa."""
 
     @property
     def lam(self) -> float:
-        """Lame's other constant, Pa."""
+        """Second Lame constant lambda, Pa."""
 
     def dPdF(self, F: Floats) -> Floats:
-        """dP_iJ/dF_kL (n, 3, 3, 3, 3), Pa."""
+        """Return dP_iJ/dF_kL (n, 3, 3, 3, 3), Pa."""
 
 
 @dataclass(frozen=True)
-class CorotationalTets(Lagging):
-    """sum over cells of w psi(F), psi = mu |S - I|^2 + lam/2 tr(S - I)^2, F = R S = I + sum_a u_a (x) dN_a/dX.
+class CorotationalTets(LaggedTangentEnergy):
+    """Corotational energy: sum over cells of w (mu |S - I|^2 + lam/2 tr(S - I)^2), F = R S = I + sum_a u_a (x) dN_a/dX.
 
-    `cells` (m, 4), `dNdX` (m, 1, 4, 3) in 1/m, `w` (m, 1) in m^3 as of `Elastic`; x is the displacement (3 nodes,).
+    `cells` (m, 4), `dNdX` (m, 1, 4, 3) in 1/m and `w` (m, 1) in m^3 are those of `Elastic`; x is the displacement
+    (3 nodes,).
     """
 
     cellular = True
@@ -69,24 +71,24 @@ class CorotationalTets(Lagging):
 
     @property
     def kept(self) -> int:
-        """Numbers of a state that a lagged tangent wants: one trace for each cell."""
+        """Size of the data that a lagged tangent stores per state: one trace for each cell."""
         return len(self.cells)
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N: as of `Elastic`."""
+        """Return the norm of the rounding error in the gradient, N, as in `Elastic`."""
         return self._noise / self.magnification(x)
 
     def magnification(self, x: Floats) -> float:
-        """The power of two, 1 or more, by which a state is magnified, as of `Elastic`."""
+        """Return the power of two, 1 or more, by which displacements are magnified, as in `Elastic`."""
         reach = float(np.abs(x).max(initial=0.0)) * self._steepest
         if not 0.0 < reach < displacement_gradient_scaling.SMALL:
             return 1.0
         H = np.einsum("mai,maJ->miJ", x.reshape(-1, 3)[self.cells], self.dNdX[:, 0]) / reach
-        return displacement_gradient_scaling.factor(reach, False, lambda up: up * reach * float(np.abs(H).max()))
+        return displacement_gradient_scaling.find_scale(reach, False, lambda up: up * reach * float(np.abs(H).max()))
 
     @cached_property
     def _steepest(self) -> float:
-        """The sum of the gradients of shape functions, 1/m: |H| is at most this times the greatest |u|."""
+        """Sum of the shape-function gradients, 1/m: |H| is at most this times the largest |u|."""
         return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     @cached_property
@@ -97,8 +99,8 @@ class CorotationalTets(Lagging):
         return float(np.finfo(np.float64).eps * np.linalg.norm(forces))
 
     def sound(self, x: Floats) -> bool:
-        """Whether no cell is inside out: det F > 0 in all."""
-        return bool(upright(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G, np.empty((3, 3))))
+        """Return whether no cell is inverted: det F > 0 in all."""
+        return bool(has_no_inverted_cell(np.ascontiguousarray(x).reshape(-1, 3), self.cells, self._G, np.empty((3, 3))))
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
@@ -115,16 +117,18 @@ class CorotationalTets(Lagging):
         self._pass(TANGENT + PROJECTED * projected, x, _NONE, data, self._rows(slots), scale)
 
     def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
-        """`add_gradient`, and tr(S - I) of each cell into `traces` (m,)."""
+        """Add the nodal forces as `add_gradient` does, and write tr(S - I) of each cell into `traces` (m,)."""
         self._pass(FORCE + KEEP, x, g, _NONE, _NO_SLOTS, 1.0, traces)
 
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
-        """Forces, and a tangent whose twists know tr(S - I) from `traces` (m,) and not from x.
+        """Add the forces and a tangent that takes tr(S - I) of each cell from `traces` (m,) instead of from x.
 
-        A state that is extrapolated has the right rotations and, in nearly incompressible cells, wrong pressures;
-        with those of the last state instead, the tangent stays definite, and its factor serves the whole step: as
-        in Magisano, Leonetti and Garcea (2017), "How to improve efficiency and robustness of the Newton method
-        in geometrically non-linear structural problems", whose stresses at the points are unknowns of their own.
+        An extrapolated state has the right rotations but, in nearly incompressible cells, wrong pressures. With the
+        pressures
+        of the last state the tangent stays definite, so one factorisation serves the whole step. Similar to Magisano,
+        Leonetti and Garcea (2017), "How to improve efficiency and robustness of the Newton method in geometrically
+        non-linear
+        structural problems", who treat the stresses at the points as separate unknowns.
         """
         self._pass(FORCE + TANGENT + LAGGED, x, g, data, self._rows(slots), 1.0, traces)
 
@@ -135,11 +139,11 @@ class CorotationalTets(Lagging):
         u = np.ascontiguousarray(x).reshape(-1, 3)
         body = (u, self.cells, self._G, self._w, law.mu, law.lam)
         memory = (np.empty((BATCH, 9)), np.empty((5, BATCH)), np.empty((4, 4, 3, 3)), np.empty((6, 3)))
-        return float(traverse(what, *body, scale, rows, forces, data, traces, *memory))
+        return float(assemble_cells(what, *body, scale, rows, forces, data, traces, *memory))
 
     @cached_property
     def _G(self) -> Floats:
-        """dN/dX of nodes 1 to 3 (m, 3, 3), 1/m."""
+        """Gradients dN/dX of nodes 1 to 3 (m, 3, 3), 1/m."""
         return np.ascontiguousarray(self.dNdX[:, 0, 1:])
 
     @cached_property
@@ -147,10 +151,12 @@ class CorotationalTets(Lagging):
         return np.ascontiguousarray(self.w[:, 0])
 
     def _rows(self, slots: Ints) -> Rows:
-        """Where the three entries of each row of each block lie (m, 4, 4, 3, 1), or one by one (m, 4, 4, 3, 3).
+        """Return the positions of the three entries of each block row (m, 4, 4, 3, 1), or of every entry (m, 4, 4, 3,
+        3).
 
-        Prepared once for one array of slots: a block's three columns are neighbours unless a node is held in
-        some directions only.
+        They are prepared once for each array of slots. The three columns of a block are adjacent unless a node is fixed
+        in
+        only some directions.
         """
         for known, rows in self._placed:
             if known is slots:
@@ -166,7 +172,7 @@ class CorotationalTets(Lagging):
 def cofactor(
     a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float, a22: float
 ) -> Nine:
-    """cof A, row by row."""
+    """Return cof A, row by row."""
     return (
         a11 * a22 - a12 * a21, a12 * a20 - a10 * a22, a10 * a21 - a11 * a20,
         a21 * a02 - a22 * a01, a22 * a00 - a20 * a02, a20 * a01 - a21 * a00,
@@ -178,7 +184,7 @@ def cofactor(
 def invariants(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float
 ) -> tuple[float, float, float]:
-    """|F|, and of g = F/|F|: det g and 4 |cof g|^2."""
+    """Return |F| and, for g = F/|F|, det g and 4 |cof g|^2."""
     norm = math.sqrt(
         f00 * f00 + f01 * f01 + f02 * f02 + f10 * f10 + f11 * f11 + f12 * f12 + f20 * f20 + f21 * f21 + f22 * f22
     )  # fmt: skip
@@ -193,7 +199,9 @@ def invariants(
 
 @part
 def stretch_sums(count: int, det: Floats, q: Floats, x: Floats, step: Floats) -> None:
-    """Largest roots x of (x^2 - 1)^2 = 8 det x + q and the last step of Newton's method; as in `materials.polar`."""
+    """Find the largest roots x of (x^2 - 1)^2 = 8 det x + q, and the last Newton step, as
+    `materials.polar_decomposition`.
+    """
     for j in range(count):
         x[j] = math.sqrt(1.0 + math.sqrt(q[j] + 8.0 * math.sqrt(3.0) * max(det[j], 0.0)))
     for _ in range(12):
@@ -213,7 +221,9 @@ def rotation(
     f00: float, f01: float, f02: float, f10: float, f11: float, f12: float, f20: float, f21: float, f22: float,
     norm: float, det: float, x: float, step: float, memory: Floats,
 ) -> Nine:  # fmt: skip
-    """The rotation nearest to F, row by row, by the method of `materials.polar.rotation`; NaN where F is not finite."""
+    """Return the rotation nearest to F, row by row, as `materials.polar_decomposition.rotation`; NaN if F is not
+    finite.
+    """
     s = 1.0 / norm if norm > 0.0 else 0.0
     g00, g01, g02 = s * f00, s * f01, s * f02
     g10, g11, g12 = s * f10, s * f11, s * f12
@@ -275,10 +285,12 @@ def rotation(
 
 
 @part
-def _twist(
+def _twist_matrix(
     a00: float, a11: float, a22: float, a01: float, a02: float, a12: float, c: float, lowest: float, memory: Floats
 ) -> Six:  # fmt: skip
-    """Y = c A^-1 of symmetric A, six entries; eigenvalues of A kept above FLOOR, those of Y above `lowest`."""
+    """Return the six entries of Y = c A^-1 for symmetric A; eigenvalues of A are kept above FLOOR, those of Y above
+    `lowest`.
+    """
     k00, k11, k22 = a11 * a22 - a12 * a12, a00 * a22 - a02 * a02, a00 * a11 - a01 * a01
     k01, k02, k12 = a02 * a12 - a01 * a22, a01 * a12 - a02 * a11, a01 * a02 - a00 * a12
     det = a00 * k00 + a01 * k01 + a02 * k02
@@ -306,7 +318,7 @@ def _twist(
 def _gather(
     u: Floats, cells: Ints, G: Floats, begin: int, count: int, F: Floats, norms: Floats, dets: Floats, q: Floats
 ) -> None:  # fmt: skip
-    """F (count, 9) of the cells from `begin` on, and what `stretch_sums` needs of it."""
+    """Compute F (count, 9) of the cells from `begin` on, and the invariants that `stretch_sums` needs."""
     for j in range(count):
         e = begin + j
         n0 = cells[e, 0]
@@ -323,8 +335,8 @@ def _gather(
 
 
 @kernel
-def upright(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
-    """Whether det F > 0 in every cell; F (3, 3) is memory."""
+def has_no_inverted_cell(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
+    """Return whether det F > 0 in every cell; F (3, 3) is work space."""
     for e in range(cells.shape[0]):
         n0 = cells[e, 0]
         for i in range(3):
@@ -342,7 +354,7 @@ def upright(u: Floats, cells: Ints, G: Floats, F: Floats) -> bool:
 
 @part
 def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None:
-    """Forces P dN/dX of one cell, P already times its volume."""
+    """Add the nodal forces P dN/dX of one cell; P is already multiplied by the cell volume."""
     p00, p01, p02, p10, p11, p12, p20, p21, p22 = P
     x, y, z = 0.0, 0.0, 0.0
     for a in range(3):
@@ -362,8 +374,10 @@ def _add_forces(e: int, cells: Ints, G: Floats, P: Nine, forces: Floats) -> None
 
 
 @part
-def _fill(e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats) -> None:
-    """Blocks of nodes 1 <= a <= b <= 3 of one cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
+def _fill_blocks(
+    e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: float, r: Floats, block: Floats
+) -> None:
+    """Fill the blocks of nodes 1 <= a <= b <= 3 of one cell: factor (2 mu r_a.r_b I + lam r_a r_b^T + [r_a] Y [r_b]^T)."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = R
     k00, k11, k22, k01, k02, k12 = Y
     for a in range(3):
@@ -393,8 +407,8 @@ def _fill(e: int, G: Floats, R: Nine, Y: Six, mu: float, lam: float, factor: flo
 
 
 @part
-def _complete(block: Floats) -> None:
-    """The other blocks: by symmetry, and those of node 0 because rows and columns sum to zero."""
+def _complete_blocks(block: Floats) -> None:
+    """Fill the remaining blocks: by symmetry, and those of node 0 because rows and columns sum to zero."""
     for i in range(3):
         for k in range(3):
             block[2, 1, i, k] = block[1, 2, k, i]
@@ -413,9 +427,9 @@ def _complete(block: Floats) -> None:
 
 @part
 def _scatter_rows(e: int, rows: Rows, block: Floats, data: Floats) -> None:
-    """The blocks of one cell into the values of the matrix, three neighbours at a time.
+    """Add the blocks of one cell to the matrix values, three adjacent entries at a time.
 
-    Unsigned places are not tested for being negative.
+    Positions of unsigned type are not tested for being negative.
     """
     for a in range(4):
         for b in range(4):
@@ -429,7 +443,7 @@ def _scatter_rows(e: int, rows: Rows, block: Floats, data: Floats) -> None:
 
 @part
 def _scatter_entries(e: int, places: Rows, block: Floats, data: Floats) -> None:
-    """The blocks of one cell into the values of the matrix, one by one."""
+    """Add the blocks of one cell to the matrix values, one entry at a time."""
     for a in range(4):
         for b in range(4):
             for i in range(3):
@@ -439,13 +453,13 @@ def _scatter_entries(e: int, places: Rows, block: Floats, data: Floats) -> None:
 
 
 @kernel
-def traverse(
+def assemble_cells(
     what: int, u: Floats, cells: Ints, G: Floats, w: Floats, mu: float, lam: float, scale: float,
     rows: Rows, forces: Floats, data: Floats, traces: Floats, F: Floats, lists: Floats, block: Floats, memory: Floats,
 ) -> float:  # fmt: skip
-    """One pass over the cells: returns the energy, adds `scale` times forces and tangent where `what` asks for them.
+    """Make one pass over the cells: return the energy, and add `scale` times the forces and tangent selected by `what`.
 
-    F (BATCH, 9), `lists` (5, BATCH), `block` (4, 4, 3, 3) and `memory` (6, 3) are memory, made outside.
+    F (BATCH, 9), `lists` (5, BATCH), `block` (4, 4, 3, 3) and `memory` (6, 3) are work arrays supplied by the caller.
     """
     energy = 0.0
     lowest = -mu if what & PROJECTED else -np.inf
@@ -488,9 +502,9 @@ def traverse(
                 v02 = 0.5 * (f00 * r20 + f01 * r21 + f02 * r22 + f20 * r00 + f21 * r01 + f22 * r02)
                 v12 = 0.5 * (f10 * r20 + f11 * r21 + f12 * r22 + f20 * r10 + f21 * r11 + f22 * r12)
                 c = lam * (traces[e] if what & LAGGED else t) - 2.0 * mu
-                Y = _twist(v11 + v22, v00 + v22, v00 + v11, -v01, -v02, -v12, c, lowest, memory)
-                _fill(e, G, R, Y, mu, lam, scale * w[e], memory, block)
-                _complete(block)
+                Y = _twist_matrix(v11 + v22, v00 + v22, v00 + v11, -v01, -v02, -v12, c, lowest, memory)
+                _fill_blocks(e, G, R, Y, mu, lam, scale * w[e], memory, block)
+                _complete_blocks(block)
                 if single:
                     _scatter_rows(e, rows, block, data)
                 else:

@@ -1,8 +1,9 @@
-"""Magnification of very small displacement gradients, whose digits a deformation gradient F = I + H would lose.
+"""Magnification of very small displacement gradients H, whose digits would be lost in F = I + H.
 
-With |H| = 1e-12, F keeps four digits of sixteen, and below 1e-16 none: stress and energy are rounding. If P is linear
-in H, P(I + c H) / c is the same and c makes |H| about one. Otherwise |H| below SMALL is magnified to SMALL, where the
-error of taking the law as linear is as small as that of rounding. A law with a stress at rest is not magnified.
+With |H| = 1e-12, F keeps four of sixteen digits of H, and below 1e-16 none: stress and energy would be rounding noise.
+If P is linear in H, then P(I + c H) / c is the same stress, and c is chosen so that |H| is about one. Otherwise |H|
+below SMALL is magnified to SMALL, where the error of linearising the law is as small as the rounding error. A law with
+stress in the undeformed state is not magnified.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ SLIGHT = 2.0**-13  # of |H|: above it F keeps twelve digits of H
 AGREEING = 1e-12  # relative: rounding of a law
 
 
-def factor(reach: float, linear: bool, largest: Callable[[float], float], kind: Any = np.float64) -> float:
-    """A power of two, 1 or more, by which displacements are magnified.
+def find_scale(reach: float, linear: bool, largest: Callable[[float], float], kind: Any = np.float64) -> float:
+    """Return the power of two, 1 or more, by which displacements are magnified.
 
-    `reach` is a bound of |H|, and `largest` finds the greatest |H| of displacements that are magnified so many times.
+    `reach` is a bound of |H|. `largest` returns the largest |H| of displacements magnified by its argument.
     """
     if not 0.0 < reach < (1.0 if linear else SMALL):
         return 1.0
@@ -49,18 +50,20 @@ def is_linear(law: Any, many: int = 1) -> bool:
     return bool(apart <= AGREEING * np.abs(once).max())
 
 
-def piola(law: Any, H: Floats) -> Floats:
-    """The first Piola-Kirchhoff stress (n, 3, 3), Pa, of displacement gradients (n, 3, 3), small ones magnified."""
+def first_piola_stress(law: Any, H: Floats) -> Floats:
+    """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa, of displacement gradients (n, 3, 3); small ones are
+    magnified.
+    """
     reach = float(np.abs(H).max(initial=0.0))
     up = 1.0
     if 0.0 < reach < SLIGHT and is_relaxed(law, len(H)):
-        up = factor(reach, is_linear(law, len(H)), lambda c: c * reach)
+        up = find_scale(reach, is_linear(law, len(H)), lambda c: c * reach)
     P: Floats = law.P(np.ascontiguousarray(up * H + np.eye(3))) / up
     return P
 
 
 def _stress(law: Any, many: int, H: Floats) -> Floats:
-    """P of I + H at so many points."""
+    """Return the stress P of F = I + H; H is repeated for `many` points."""
     with np.errstate(all="ignore"):
         found: Floats = law.P(np.broadcast_to(np.eye(3) + H, (many, 3, 3)).copy())
     return found

@@ -1,4 +1,4 @@
-"""The elastic energy of a solid: any law over any element, and sums of such energies over the same cells."""
+"""Elastic energy of a solid for any constitutive law and any element, and sums of such energies over the same cells."""
 
 from __future__ import annotations
 
@@ -16,64 +16,65 @@ POINTS = 4096  # at which the law is asked at a time: what it gives stays in the
 
 
 class ElasticLaw(Protocol):
-    """Energy density and its derivatives over a batch of deformation gradients F (n, 3, 3)."""
+    """Interface of a law: energy density and its derivatives over a batch of deformation gradients F (n, 3, 3)."""
 
     def psi(self, F: Floats) -> Floats:
-        """Energy per undeformed volume (n,), J/m^3."""
+        """Return the energy per undeformed volume (n,), J/m^3."""
 
     def P(self, F: Floats) -> Floats:
-        """First Piola-Kirchhoff stress (n, 3, 3), Pa."""
+        """Return the first Piola-Kirchhoff stress (n, 3, 3), Pa."""
 
     def dPdF(self, F: Floats) -> Floats:
-        """dP_iJ/dF_kL (n, 3, 3, 3, 3), Pa."""
+        """Return dP_iJ/dF_kL (n, 3, 3, 3, 3), Pa."""
 
     def dPdF_projected(self, F: Floats) -> Floats:
-        """dPdF with its negative eigenvalues set to zero."""
+        """Return dPdF with its negative eigenvalues set to zero."""
 
 
 @runtime_checkable
 class VaryingLaw(Protocol):
-    """An elastic law whose constants differ from point to point: over all F (m q, 3, 3) at once, or of some cells."""
+    """Interface of a law whose constants differ from point to point; it takes F (m q, 3, 3) of all points at once."""
 
     law: Any  # with its constants as arrays (m, q)
 
     def of(self, which: Any, kind: Any = None) -> Any:
-        """The same of some cells; its constants of a precision."""
+        """Return the law of some of the cells, with its constants in the floating-point type `kind`."""
 
     def at_rest(self, measure: Callable[[Floats], Floats]) -> Floats:
-        """What `measure` makes of dP/dF at rest (k, 3, 3, 3, 3), at every point (m, q)."""
+        """Apply `measure` to dP/dF of the undeformed state (k, 3, 3, 3, 3) and return the result at every point (m, q)."""
 
 
 class DampedLaw(Protocol):
-    """What damping in proportion to stiffness takes of a law."""
+    """Interface of a law used for stiffness-proportional damping."""
 
     def dPdF_projected(self, F: Floats) -> Floats:
-        """A positive semi-definite stiffness over F (n, 3, 3), Pa (n, 3, 3, 3, 3)."""
+        """Return a positive semi-definite stiffness for F (n, 3, 3), Pa (n, 3, 3, 3, 3)."""
 
 
 @runtime_checkable
 class InvariantLaw(Protocol):
-    """What more is known of a law of I1 = tr F^T F and J = det F, from I1 - 3 and J - 1 (c, q).
+    """Interface of a law of I1 = tr F^T F and J = det F, evaluated from I1 - 3 and J - 1 (c, q).
 
     P = a F + s C and dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, with C = cof F.
     """
 
     def energy(self, stretch: Floats, j: Floats) -> Floats:
-        """Energy per undeformed volume (c, q), J/m^3."""
+        """Return the energy per undeformed volume (c, q), J/m^3."""
 
     def slopes(self, stretch: Floats, j: Floats) -> tuple[Floats, Floats]:
-        """a and s (c, q), Pa."""
+        """Return a and s (c, q), Pa."""
 
     def curvatures(self, stretch: Floats, j: Floats) -> tuple[Floats | None, Floats]:
-        """c, None where it is zero, and d (c, q), Pa."""
+        """Return c, or None if it is zero, and d (c, q), Pa."""
 
 
 @dataclass(frozen=True)
 class Elastic(Energy):
-    """sum over integration points of w psi(F), with F = I + sum_a u_a (x) dN_a/dX (Bonet and Wood 2008, ch. 9).
+    """Elastic energy: sum over integration points of w psi(F), F = I + sum_a u_a (x) dN_a/dX (Bonet and Wood 2008, ch.
+    9).
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m, `w` (m, q) in m^3; the state x is the displacement (3 nodes,). `drag` is
-    what damping in proportion to stiffness takes of the law, None for its definite tangent.
+    the law used for stiffness-proportional damping; None uses the definite tangent of `law`.
     """
 
     cellular = True
@@ -91,14 +92,14 @@ class Elastic(Energy):
         return (3 * self.cells[:, :, None] + np.arange(3)).reshape(len(self.cells), -1)
 
     def F(self, x: Floats) -> Floats:
-        """Deformation gradients (m q, 3, 3)."""
+        """Return the deformation gradients (m q, 3, 3)."""
         F = np.empty((*self.w.shape, 3, 3), dtype=self.w.dtype)
         element_kernels.deformation_gradient(x.reshape(-1, 3), self.cells, self.dNdX, F)
         return F.reshape(-1, 3, 3)
 
     @cached_property
     def _noise(self) -> float:
-        """eps times the force that a strain of one would cause: F is near one, so its last digit is that strain."""
+        """Machine epsilon times the force caused by unit strain: F is near one, so its last digit is that strain."""
         forces = np.zeros(int(self.cells.max()) + 1)
         share = np.einsum("mq,mqa->ma", self.w * self._stiffest, np.linalg.norm(self.dNdX, axis=3))
         np.add.at(forces, self.cells, share)
@@ -106,14 +107,14 @@ class Elastic(Energy):
 
     @property
     def _stiffest(self) -> Any:
-        """The norm of dP/dF at rest, Pa, of 81 entries: an upper bound; at every point (m, q) where it varies."""
+        """Norm of dP/dF at rest, Pa, over 81 entries: an upper bound; per point (m, q) if the constants vary."""
         if self.varies:
             return self._varying.at_rest(lambda A: np.linalg.norm(A.reshape(len(A), -1), axis=1))
         return np.linalg.norm(self.law.dPdF(np.eye(3)[None]))
 
     @cached_property
     def varies(self) -> bool:
-        """Whether its law has constants of its own at every point."""
+        """True if the constants of the law differ from point to point."""
         return isinstance(self.law, VaryingLaw)
 
     @property
@@ -123,16 +124,16 @@ class Elastic(Energy):
 
     @cached_property
     def _of_invariants(self) -> bool:
-        """Whether its law is one of invariants."""
+        """True if the law is an `InvariantLaw`."""
         return isinstance(self._varying.law if self.varies else self.law, InvariantLaw)
 
-    def law_of(self, some: slice) -> Any:
-        """The law of some cells: itself, where its constants are the same everywhere."""
+    def law_of_cells(self, some: slice) -> Any:
+        """Return the law of some cells; this is `law` itself if its constants are uniform."""
         return self._varying.of(some, self.w.dtype) if self.varies else self.law
 
-    def _invariant(self, some: slice) -> Any:
-        """The same that tells energies of invariants (c, q)."""
-        return self.law_of(some).law if self.varies else self.law
+    def _invariant_law(self, some: slice) -> Any:
+        """Return the law of some cells in the form that takes invariants (c, q)."""
+        return self.law_of_cells(some).law if self.varies else self.law
 
     def rounding(self, x: Floats) -> float:
         """Norm of what rounding leaves in the gradient, N."""
@@ -147,7 +148,7 @@ class Elastic(Energy):
         return displacement_gradient_scaling.is_linear(self.law, self.w.size if self.varies else 1)
 
     def magnification(self, x: Floats) -> float:
-        """The power of two, 1 or more, by which a state is magnified: psi is divided by its square, P by it."""
+        """Return the power of two c, 1 or more, by which displacements are magnified: psi is divided by c^2 and P by c."""
         reach = float(np.abs(x).max(initial=0.0)) * self._steepest
         if (
             not 0.0 < reach < 1.0
@@ -159,11 +160,11 @@ class Elastic(Energy):
         def largest(up: float) -> float:
             return float(np.abs(self.F(x * x.dtype.type(up)) - np.eye(3)).max())
 
-        return displacement_gradient_scaling.factor(reach, self._linear, largest, self.w.dtype)
+        return displacement_gradient_scaling.find_scale(reach, self._linear, largest, self.w.dtype)
 
     @cached_property
     def _steepest(self) -> float:
-        """The sum of the gradients of shape functions, 1/m: |H| is at most this times the greatest |u|."""
+        """Sum of the shape-function gradients, 1/m: |H| is at most this times the largest |u|."""
         return float(np.linalg.norm(self.dNdX, axis=3).sum(axis=2).max(initial=0.0))
 
     def value(self, x: Floats) -> float:
@@ -176,7 +177,7 @@ class Elastic(Energy):
             total = 0.0
             with np.errstate(all="ignore"):
                 for some, _, i, j in self._points(x):
-                    total += float(np.vdot(self._invariant(some).energy(i, j), self.w[some]))
+                    total += float(np.vdot(self._invariant_law(some).energy(i, j), self.w[some]))
             return total
         return float(self.law.psi(self.F(x)) @ self.w.ravel())
 
@@ -188,78 +189,80 @@ class Elastic(Energy):
         if self._of_invariants:
             with np.errstate(all="ignore"):
                 for some, h, i, j in self._points(x):
-                    a, s = self._invariant(some).slopes(i, j)
+                    a, s = self._invariant_law(some).slopes(i, j)
                     body = (self.cells, self.dNdX, self.w)
-                    element_kernels.add_forces_of(h, a, s, *body, some.start, scale, forces)
+                    element_kernels.add_invariant_forces(h, a, s, *body, some.start, scale, forces)
             return
         self.add_stresses(self.law.P(self.F(x)), g, scale)
 
     def add_stresses(self, P: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal forces, N, of first Piola-Kirchhoff stresses P (m q, 3, 3), Pa: int P : dF/du."""
+        """Add the nodal forces, N, of first Piola-Kirchhoff stresses P (m q, 3, 3), Pa: int P : dF/du."""
         each = np.ascontiguousarray(P).reshape(*self.w.shape, 3, 3)
         element_kernels.add_forces(each, self.cells, self.dNdX, self.w, scale, g.reshape(-1, 3))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent stiffness, N/m; its geometric part is within dP/dF."""
+        """Add the tangent stiffness, N/m; the geometric stiffness is part of dP/dF."""
         if self._of_invariants and not projected:
-            self._add_of_invariants(x, data, slots, scale, None)
+            self._add_invariant_hessian(x, data, slots, scale, None)
             return
         tangent = "dPdF_projected" if projected else "dPdF"
         self._add_tensors(self.law, tangent, x, data, slots, scale)
 
     def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
-        """The definite stiffness that damping is in proportion to, N/m."""
+        """Add the positive semi-definite stiffness used for stiffness-proportional damping, N/m."""
         if self.drag is None:
             self.add_hessian(x, data, slots, scale, True)
             return
         self._add_tensors(self.drag, "dPdF_projected", x, data, slots, scale)
 
     def _add_tensors(self, law: Any, tangent: str, x: Floats, data: Floats, slots: Ints, scale: float) -> None:
-        """The stiffness of tensors dP/dF that the `tangent` of a law or of a drag makes of F."""
+        """Add the stiffness of the tensors dP/dF that the method named `tangent` of `law` returns."""
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         for some in self._some():
             own = law.of(some, self.w.dtype) if self.varies else law
             self.add_moduli(getattr(own, tangent)(F[some].reshape(-1, 3, 3)), some, data, slots[some], scale)
 
     def add_moduli(self, A: Floats, some: slice, data: Floats, slots: Ints, scale: float = 1.0) -> None:
-        """Stiffness, N/m, of tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of some cells."""
+        """Add the stiffness, N/m, of given tensors dP/dF (c q, 3, 3, 3, 3), Pa, at the points of the cells `some`."""
         each = np.ascontiguousarray(A).reshape(*self.w[some].shape, 3, 3, 3, 3)
         element_kernels.add_stiffness(each, self.dNdX[some], self.w[some], scale, np.ascontiguousarray(slots), data)
 
     def slope(self, G: Floats, some: slice = slice(None)) -> Floats:
-        """dg/du (c, q, 3a), 1/m, of what has dg/dF = G (c, q, 3, 3) at the points of some cells."""
+        """Return dg/du (c, q, 3a), 1/m, by the chain rule from G = dg/dF (c, q, 3, 3) at the points of the cells
+        `some`.
+        """
         rows: Floats = np.einsum("mqiJ,mqaJ->mqai", G, self.dNdX[some], optimize=True)
         return rows.reshape(*G.shape[:2], -1)
 
-    def _add_of_invariants(self, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None) -> None:
-        """The tangent without tensors; `more` (m, q) is added to the number s of its term d(cof F)/dF, Pa."""
+    def _add_invariant_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float, more: Floats | None) -> None:
+        """Add the tangent of an `InvariantLaw` without forming tensors; `more` (m, q), Pa, is added to its factor s."""
         with np.errstate(all="ignore"):
             for some, h, i, j in self._points(x):
-                law = self._invariant(some)
+                law = self._invariant_law(some)
                 (a, s), (c, d) = law.slopes(i, j), law.curvatures(i, j)
                 s = s if more is None else s + more[some]
                 c = np.zeros((0, i.shape[1]), dtype=i.dtype) if c is None else c
                 numbers = (h, j, a, s, c, d, self.dNdX, self.w)
-                element_kernels.add_stiffness_of(*numbers, some.start, scale, slots[some], data)
+                element_kernels.add_invariant_stiffness(*numbers, some.start, scale, slots[some], data)
 
     def _some(self) -> Iterator[slice]:
-        """Cells of about POINTS integration points at a time."""
+        """Yield slices of cells with about POINTS integration points each."""
         cells = max(1, POINTS // self.w.shape[1])
         return (slice(at, min(at + cells, len(self.w))) for at in range(0, len(self.w), cells))
 
     def _points(self, x: Floats) -> Iterator[tuple[slice, Floats, Floats, Floats]]:
-        """Some cells, their du/dX (c, q, 9), I1 - 3 and J - 1 (c, q)."""
+        """Yield slices of cells with their du/dX (c, q, 9), I1 - 3 and J - 1 (c, q)."""
         u, kind = x.reshape(-1, 3), self.w.dtype
         for some in self._some():
             shape = self.w[some].shape
             h, (stretch, j) = np.empty((*shape, 9), dtype=kind), np.empty((2, *shape), dtype=kind)
-            element_kernels.invariants(u, self.cells, self.dNdX, some.start, h, stretch, j)
+            element_kernels.compute_invariants(u, self.cells, self.dNdX, some.start, h, stretch, j)
             yield some, h, stretch, j
 
 
 @dataclass(frozen=True)
-class Together(Energy):
-    """The sum of energies that share their stencils, as one: such as shear at all points and volume once per cell."""
+class EnergySum(Energy):
+    """Sum of energies that share their stencils, such as shear at all points plus volume once per cell."""
 
     cellular = True
 
@@ -267,12 +270,12 @@ class Together(Energy):
 
     @property
     def conservative(self) -> bool:
-        """Whether all are."""
+        """True if all parts are conservative."""
         return all(part.conservative for part in self.parts)
 
     @property
     def stencils(self) -> Ints:
-        """Those of every part."""
+        """Stencils that all parts share."""
         return self.parts[0].stencils
 
     def rounding(self, x: Floats) -> float:
@@ -294,22 +297,22 @@ class Together(Energy):
             part.add_hessian(x, data, slots, scale, projected)
 
     def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
-        """The definite stiffness that damping is in proportion to, N/m."""
+        """Add the positive semi-definite stiffness used for stiffness-proportional damping, N/m."""
         for part in self.parts:
             add_drag(part, x, data, slots, scale)
 
 
 @runtime_checkable
-class Dragging(Protocol):
-    """An energy that damps by another stiffness than its definite tangent."""
+class HasDampingStiffness(Protocol):
+    """Interface of an energy whose damping stiffness is not its definite tangent."""
 
     def add_drag(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
-        """The definite stiffness that damping is in proportion to, N/m."""
+        """Add the positive semi-definite stiffness used for stiffness-proportional damping, N/m."""
 
 
 def add_drag(energy: Energy, x: Floats, data: Floats, slots: Ints, scale: float = 1.0) -> None:
-    """What damping in proportion to stiffness takes of an energy, N/m: its definite tangent, if it knows no better."""
-    if isinstance(energy, Dragging):
+    """Add the stiffness used for stiffness-proportional damping, N/m: by default the energy's definite tangent."""
+    if isinstance(energy, HasDampingStiffness):
         energy.add_drag(x, data, slots, scale)
     else:
         energy.add_hessian(x, data, slots, scale, True)

@@ -1,4 +1,4 @@
-"""Springs and dashpots spread over a part of a surface: a quadratic energy of the displacements there, and drag."""
+"""Elastic foundation: springs and dashpots distributed over part of a surface."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from functools import cached_property
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.energies.energy import Dashpots, Floats, Ints
+from softmark.solvers.energies.energy import DampedEnergy, Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks
 
 
 @dataclass(frozen=True)
-class Bedding(Dashpots):
-    """E = 1/2 int u . D u dA over undeformed facets (f, k), D = s 1 or s n (x) n of a stiffness s and the normal n.
+class ElasticFoundation(DampedEnergy):
+    """Elastic foundation: E = 1/2 int u . D u dA over undeformed facets (f, k), with D = s 1 or s n (x) n.
 
-    `K` (f, 3 k, 3 k) are the integrals of N_a N_b D, N/m, and the matrix of the dashpots is `lag` times that, s. This
-    is Winkler's foundation, a boundary condition of Robin's (Hetenyi 1946, "Beams on Elastic Foundation", chapter 1).
-    With `along` K is (f, k, k), of that component of the nodes alone.
+    s is the stiffness and n the normal. `K` (f, 3 k, 3 k) are the integrals of N_a N_b D, N/m; the dashpot matrix is
+    `lag`, s, times K. With `along`, K is (f, k, k) and acts on that displacement component only. This is Winkler's
+    foundation, a Robin boundary condition (Hetenyi 1946, "Beams on Elastic Foundation", chapter 1).
     """
 
     grounded = True
@@ -30,7 +30,7 @@ class Bedding(Dashpots):
 
     @property
     def damps(self) -> bool:
-        """Whether it has dashpots."""
+        """True if the foundation has dashpots."""
         return self.lag > 0.0
 
     @cached_property
@@ -41,31 +41,31 @@ class Bedding(Dashpots):
         return (3 * self.facets[:, :, None] + np.arange(3)).reshape(len(self.facets), -1)
 
     def forces(self, x: Floats) -> Floats:
-        """K x of every facet (f, 3 k), N."""
+        """Return the force K x of every facet (f, 3 k), N."""
         found: Floats = np.einsum("fab,fb->fa", self.K, np.asarray(x, dtype=np.float64)[self.stencils])
         return found
 
     def value(self, x: Floats) -> float:
-        """What the springs store, J."""
+        """Return the energy stored in the springs, J."""
         return 0.5 * float(np.vdot(x[self.stencils], self.forces(x)))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """What holds the springs as they are, N."""
+        """Add the forces that deform the springs, N."""
         np.add.at(g, self.stencils, scale * self.forces(x))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """K: the same in every state, and definite."""
+        """Add the stiffness K, N/m: constant and positive semi-definite."""
         add_blocks(scale * self.K, slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """What the last digits of the displacements leave in its forces, N."""
+        """Return the rounding error of the forces, N, due to the last digits of the displacements."""
         rows = np.linalg.norm(self.K, axis=(1, 2)) * np.abs(x[self.stencils]).max(axis=1, initial=0.0)
         return float(np.finfo(np.float64).eps * np.linalg.norm(rows))
 
     def add_drag(self, v: Floats, f: Floats) -> None:
-        """What holds the dashpots at these speeds, N."""
+        """Add the forces that drive the dashpots at velocities v, N."""
         self.add_gradient(v, f, self.lag)
 
     def add_damping(self, data: Floats, slots: Ints) -> None:
-        """The dashpots' matrix, N s/m."""
+        """Add the damping matrix of the dashpots, N s/m."""
         add_blocks(self.lag * self.K, slots, data)

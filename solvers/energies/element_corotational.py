@@ -1,4 +1,4 @@
-"""Corotational elasticity with one rotation for each cell, as simulators in real time have it."""
+"""Corotational elasticity with one rotation per cell, as in real-time simulators."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Polar = Callable[[Floats], Floats]  # F (m, 3, 3) -> the rotations nearest to th
 
 
 @dataclass(frozen=True)
-class ElementRotation(Energy):
-    """Nodal forces R K (R^T x - X) of each cell, R the rotation nearest to its mean deformation gradient.
+class ElementCorotational(Energy):
+    """Corotational element energy with nodal forces R K (R^T x - X), R the rotation nearest to the mean F of the cell.
 
-    `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean gradients of the shape functions in 1/m,
-    `K` (m, 3a, 3a) the cells' stiffness at rest in N/m; `polar` finds rotations. With displacements in the frame of R
-    the forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any
-    energy, since R depends on the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron
-    they are those of the law `Corotational`. Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa
-    (2000).
+    `X` (n, 3) are undeformed points in m, `cells` (m, a), `G` (m, a, 3) mean shape-function gradients in 1/m,
+    `K` (m, 3a, 3a) element stiffness at rest in N/m; `polar` computes rotations. With displacements in the frame of R
+    the
+    forces are those of linear elasticity. In a cell of more than four nodes they are not the derivative of any energy,
+    since R depends on the nodes too; the tangent here is exact and not symmetric. In a four-node tetrahedron they equal
+    those of the law `Corotational`. Source: Mueller and Gross (2004), "Interactive virtual materials"; Felippa (2000).
     """
 
     X: Floats
@@ -40,7 +40,7 @@ class ElementRotation(Energy):
 
     @cached_property
     def _noise(self) -> float:
-        """eps times the force that a strain of one would cause."""
+        """Machine epsilon times the force caused by unit strain."""
         forces = np.zeros(len(self.X))
         sizes = np.ptp(self.X[self.cells], axis=1).max(axis=1)
         row = np.linalg.norm(self.K.reshape(*self.cells.shape, 3, -1), axis=(2, 3))
@@ -52,7 +52,7 @@ class ElementRotation(Energy):
         return self._noise
 
     def _turned(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """R (m, 3, 3), R^T x (m, a, 3) and the forces K (R^T x - X) in that frame (m, a, 3)."""
+        """Return R (m, 3, 3), R^T x (m, a, 3), and the forces K (R^T x - X) in the rotated frame (m, a, 3)."""
         y = (self.X + x.reshape(-1, 3))[self.cells]
         R = self.rotations(x)
         z = y @ R  # rows R^T x
@@ -60,16 +60,16 @@ class ElementRotation(Energy):
         return R, z, (self.K @ p).reshape(z.shape)
 
     def mean_gradient(self, x: Floats) -> Floats:
-        """Mean deformation gradients (m, 3, 3)."""
+        """Return the mean deformation gradients (m, 3, 3)."""
         F: Floats = np.eye(3) + x.reshape(-1, 3)[self.cells].transpose(0, 2, 1) @ self.G
         return F
 
     def rotations(self, x: Floats) -> Floats:
-        """The rotation of each cell (m, 3, 3)."""
+        """Return the rotation of each cell (m, 3, 3)."""
         return self.polar(self.mean_gradient(x))
 
     def value(self, x: Floats) -> float:
-        """Strain energy in the turned frames, J; the forces are its derivative at fixed R only."""
+        """Return the strain energy in the rotated frames, J; the forces are its derivative only at fixed R."""
         _, z, q = self._turned(x)
         return 0.5 * float(np.sum((z - self.X[self.cells]) * q))
 
@@ -79,9 +79,9 @@ class ElementRotation(Energy):
         np.add.at(g.reshape(-1, 3), self.cells, scale * (q @ R.transpose(0, 2, 1)))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """R (K + (K [z] - [q]) W) R^T, N/m: z = R^T x, q the forces, W the turn of R by motions of the nodes.
+        """Add R (K + (K [z] - [q]) W) R^T, N/m: z = R^T x, q the forces, W the derivative of R by the nodes.
 
-        Projected: R K R^T, the stiffness at fixed R.
+        If `projected`, add only R K R^T, the stiffness at fixed R.
         """
         R, z, q = self._turned(x)
         T = self.K
@@ -95,9 +95,9 @@ class ElementRotation(Energy):
         data += scale * np.bincount(slots[keep], entries[keep], minlength=len(data))
 
     def _turn(self, x: Floats, R: Floats) -> Floats:
-        """W (m, 3, 3a): R^T dR = [w] with w = (tr S I - S)^-1 sum_b g_b x (R^T dx_b) and S = R^T F.
+        """Return W (m, 3, 3a): R^T dR = [w] with w = (tr S I - S)^-1 sum_b g_b x (R^T dx_b) and S = R^T F.
 
-        From R^T dF - dF^T R = [w] S + S [w].
+        It follows from R^T dF - dF^T R = [w] S + S [w].
         """
         S = R.transpose(0, 2, 1) @ self.mean_gradient(x)
         S = 0.5 * (S + S.transpose(0, 2, 1))
@@ -107,19 +107,21 @@ class ElementRotation(Energy):
 
 
 def _stacked_cross(v: Floats) -> Floats:
-    """[v_a]x of each row, one below the other (m, 3a, 3), for v (m, a, 3)."""
+    """Return the cross-product matrices [v_a]x, stacked vertically (m, 3a, 3), of v (m, a, 3)."""
     return cross_matrix(v).reshape(len(v), -1, 3)
 
 
-def stiffness(dNdX: Floats, w: Floats, A: Floats) -> Floats:
-    """K_aibk = sum_q w dN_a/dX_J A_iJkL dN_b/dX_L of each cell (m, 3a, 3a), N/m, for constant A (3, 3, 3, 3), Pa."""
+def element_stiffness(dNdX: Floats, w: Floats, A: Floats) -> Floats:
+    """Return K_aibk = sum_q w dN_a/dX_J A_iJkL dN_b/dX_L of each cell (m, 3a, 3a), N/m, for constant A (3, 3, 3, 3),
+    Pa.
+    """
     m, _, a, _ = dNdX.shape
     B = np.einsum("iJkL,mqbL->mqiJbk", A, dNdX, optimize=True)
     K = np.einsum("mqaJ,mqiJbk->maibk", dNdX * w[:, :, None, None], B, optimize=True)
     return np.ascontiguousarray(K.reshape(m, 3 * a, 3 * a))
 
 
-def mean(dNdX: Floats, w: Floats) -> Floats:
-    """Mean gradients of the shape functions over each cell (m, a, 3), 1/m."""
+def mean_gradients(dNdX: Floats, w: Floats) -> Floats:
+    """Return the mean shape-function gradients of each cell (m, a, 3), 1/m."""
     G: Floats = np.einsum("mq,mqaJ->maJ", w, dNdX) / w.sum(axis=1)[:, None, None]
     return G

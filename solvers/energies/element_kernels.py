@@ -1,4 +1,4 @@
-"""The element loops that a profile showed to be hot, over plain arrays: m cells, q integration points, a nodes."""
+"""Compiled element loops that dominate the profile, over plain arrays: m cells, q integration points, a nodes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Ints = NDArray[np.int64]
 
 @kernel
 def deformation_gradient(u: Floats, cells: Ints, dNdX: Floats, F: Floats) -> None:
-    """F (m, q, 3, 3) = I + sum_a u_a (x) dN_a/dX, for displacements u (nodes, 3)."""
+    """Compute F (m, q, 3, 3) = I + sum_a u_a (x) dN_a/dX for displacements u (nodes, 3)."""
     for e in range(cells.shape[0]):
         for p in range(dNdX.shape[1]):
             for i in range(3):
@@ -27,7 +27,7 @@ def deformation_gradient(u: Floats, cells: Ints, dNdX: Floats, F: Floats) -> Non
 
 @kernel
 def add_forces(P: Floats, cells: Ints, dNdX: Floats, w: Floats, scale: float, g: Floats) -> None:
-    """g (nodes, 3) += scale * sum over points of w P dN_a/dX."""
+    """Add nodal forces: g (nodes, 3) += scale * sum over points of w P dN_a/dX."""
     for e in range(cells.shape[0]):
         for p in range(dNdX.shape[1]):
             factor = scale * w[e, p]
@@ -41,7 +41,7 @@ def add_forces(P: Floats, cells: Ints, dNdX: Floats, w: Floats, scale: float, g:
 
 @maker
 def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints, data: Floats) -> None:
-    """data[slots[e, 3a+i, 3b+k]] += scale * sum_p w dN_a/dX_J A_iJkL dN_b/dX_L, for A = dP/dF (m, q, 3, 3, 3, 3).
+    """Add data[slots[e, 3a+i, 3b+k]] += scale * sum_p w dN_a/dX_J A_iJkL dN_b/dX_L, for A = dP/dF (m, q, 3, 3, 3, 3).
 
     A negative slot is a constrained degree of freedom. The block is symmetric, so half of it is computed.
     """
@@ -72,10 +72,11 @@ def add_stiffness(A: Floats, dNdX: Floats, w: Floats, scale: float, slots: Ints,
 
 @part
 def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
-    """Add a block (3a, 3a), of which the 3x3 blocks on and above the diagonal are given, to the values of the matrix.
+    """Add a block (3a, 3a), given by its 3x3 blocks on and above the diagonal, to the matrix values.
 
-    The three columns of a node are neighbours in the matrix unless it is held in some directions only; unsigned places
-    are not tested for being negative.
+    The three columns of a node are adjacent in the matrix unless the node is fixed in only some directions. Positions
+    of
+    unsigned type are not tested for being negative.
     """
     nodes = block.shape[0] // 3
     for b in range(nodes):
@@ -101,10 +102,10 @@ def _scatter(e: int, block: Floats, slots: Ints, data: Floats) -> None:
 
 
 @kernel
-def invariants(
+def compute_invariants(
     u: Floats, cells: Ints, dNdX: Floats, begin: int, h: Floats, stretch: Floats, j: Floats
 ) -> None:  # fmt: skip
-    """h (c, q, 9) = du/dX in cells from `begin` on, and I1 - 3 = 2 tr h + h:h and J - 1 = tr h + tr cof h + det h."""
+    """Compute h = du/dX (c, q, 9), I1 - 3 = 2 tr h + h:h and J - 1 = tr h + tr cof h + det h in cells from `begin` on."""
     for e in range(h.shape[0]):
         for p in range(h.shape[1]):
             h00 = h01 = h02 = h10 = h11 = h12 = h20 = h21 = h22 = 0.0
@@ -128,10 +129,10 @@ def invariants(
 
 
 @kernel
-def add_forces_of(
+def add_invariant_forces(
     h: Floats, a: Floats, s: Floats, cells: Ints, dNdX: Floats, w: Floats, begin: int, scale: float, g: Floats
 ) -> None:
-    """g (nodes, 3) += scale * sum over points of w (a F + s cof F) dN_a/dX, F = I + h, in cells from `begin` on."""
+    """Add g (nodes, 3) += scale * sum over points of w (a F + s cof F) dN_a/dX, F = I + h, in cells from `begin` on."""
     for e in range(h.shape[0]):
         for p in range(h.shape[1]):
             f00, f01, f02 = 1.0 + h[e, p, 0], h[e, p, 1], h[e, p, 2]
@@ -151,14 +152,14 @@ def add_forces_of(
 
 
 @maker
-def add_stiffness_of(
+def add_invariant_stiffness(
     h: Floats, j: Floats, a: Floats, s: Floats, c: Floats, d: Floats, dNdX: Floats, w: Floats, begin: int,
     scale: float, slots: Ints, data: Floats,
 ) -> None:  # fmt: skip
-    """As `add_stiffness`, for dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, C = cof F, F = I + h.
+    """Add the stiffness of dP/dF = a 1 + s dC/dF + c (F (x) C + C (x) F) + d C (x) C, C = cof F, F = I + h.
 
     With t = C dN/dX and p = F dN/dX, the block of two nodes is a (dN.dN) I + s/J (t (x) t - its transpose) + c (p (x) t
-    + t (x) p) + d t (x) t. `c` (0, q) stands for zeros.
+    + t (x) p) + d t (x) t. An array `c` of shape (0, q) means zeros. `slots` are as in `add_stiffness`.
     """
     points, nodes = dNdX.shape[1], dNdX.shape[2]
     vectors, block = np.empty((6, nodes, points, 3)), np.empty((3 * nodes, 3 * nodes))
@@ -167,14 +168,16 @@ def add_stiffness_of(
             factor = scale * w[begin + e, p]
             swap = factor * s[e, p] / (1.0 + j[e, p])
             mixed = factor * c[e, p] if c.shape[0] > 0 else 0.0
-            _carry(h[e, p], dNdX[begin + e, p], p, swap, factor * d[e, p], factor * a[e, p], mixed, vectors)
-        _couple(vectors, dNdX[begin + e], c.shape[0] > 0, block)
+            _node_vectors(h[e, p], dNdX[begin + e, p], p, swap, factor * d[e, p], factor * a[e, p], mixed, vectors)
+        _couple_nodes(vectors, dNdX[begin + e], c.shape[0] > 0, block)
         _scatter(e, block, slots, data)
 
 
 @part
-def _carry(h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats) -> None:
-    """Of all nodes at one point: t, (grow + swap) t + mixed F g, swap t, along g, F g and mixed t, with t = C g."""
+def _node_vectors(
+    h: Floats, g: Floats, p: int, swap: float, grow: float, along: float, mixed: float, vectors: Floats
+) -> None:
+    """Compute, for all nodes at one point, t = C g, (grow + swap) t + mixed F g, swap t, along g, F g and mixed t."""
     f00, f01, f02 = 1.0 + h[0], h[1], h[2]
     f10, f11, f12 = h[3], 1.0 + h[4], h[5]
     f20, f21, f22 = h[6], h[7], 1.0 + h[8]
@@ -198,8 +201,8 @@ def _carry(h: Floats, g: Floats, p: int, swap: float, grow: float, along: float,
 
 
 @part
-def _couple(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
-    """The 3x3 blocks of a cell on and above the diagonal, from what `_carry` left and dN/dX g (q, a, 3)."""
+def _couple_nodes(vectors: Floats, g: Floats, mixed: bool, block: Floats) -> None:
+    """Fill the 3x3 blocks of a cell on and above the diagonal, from the vectors of `_node_vectors` and dN/dX g (q, a, 3)."""
     t, r, turned = vectors[0], vectors[1], vectors[2]
     grown, stretched, pulled = vectors[3], vectors[4], vectors[5]
     for m in range(t.shape[0]):

@@ -1,6 +1,6 @@
-"""What every energy offers, and the space in which a state moves.
+"""Interface of all energies, and of the space in which a state moves.
 
-To add an energy: a class derived from `Energy`, or from `Lagging`, with its methods, and what of the rest is otherwise.
+To add an energy, derive a class from `Energy` or `LaggedTangentEnergy`, and override what differs from the defaults.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SLACK = 1e-6  # of 1/mu: what a factor of a solid with pressures has for 1/K bey
 
 
 def no_stencils() -> Ints:
-    """The stencils of an energy without a Hessian (0, 0)."""
+    """Return empty stencils (0, 0), for an energy without a Hessian."""
     return np.zeros((0, 0), dtype=np.int64)
 
 
@@ -34,7 +34,7 @@ class Energy(Protocol):
 
     @property
     def rubs(self) -> bool:
-        """Whether it has friction, which has an energy with what is `lagged`, and none without."""
+        """True if the energy has friction; friction has an energy only in its `lagged` form."""
         return False
 
     @property
@@ -46,106 +46,108 @@ class Energy(Protocol):
         """Degrees of freedom (n, k) of each local Hessian block; (0, 0) where there is none."""
 
     def value(self, x: Floats) -> float:
-        """Energy in J; infinite outside the domain of the law."""
+        """Return the energy, J; infinite outside the domain of the law."""
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """g (dofs,) += scale * dE/dx, in N (and N m for rotations)."""
+        """Add the gradient: g (dofs,) += scale * dE/dx, in N (and N m for rotations)."""
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """data (nnz,) += scale * d2E/dx2 at `slots` (n, k, k), skipping negative slots.
+        """Add the Hessian: data (nnz,) += scale * d2E/dx2 at `slots` (n, k, k), skipping negative slots.
 
         `projected` makes every local block positive semi-definite first.
         """
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N: no state can be told from equilibrium below it."""
+        """Return the norm of the rounding error in the gradient, N; a smaller residual cannot be told from zero."""
 
 
-class Dashpots(Energy):
-    """An energy beside which forces act in proportion to speeds, by a definite matrix that never changes."""
+class DampedEnergy(Energy):
+    """An energy with additional linear damping forces C v; C is constant and positive semi-definite."""
 
     @property
     def damps(self) -> bool:
-        """Whether there are any."""
+        """True if any dashpots are present."""
         raise NotImplementedError(f"{type(self).__name__} does not say whether it has dashpots")
 
     def add_drag(self, v: Floats, f: Floats) -> None:
-        """f (dofs,) += C v, N, of velocities v, m/s."""
+        """Add the damping forces: f (dofs,) += C v, N, for velocities v, m/s."""
         raise NotImplementedError(f"{type(self).__name__} has no dashpots")
 
     def add_damping(self, data: Floats, slots: Ints) -> None:
-        """data (nnz,) += C at the slots of the Hessian, N s/m."""
+        """Add the damping matrix: data (nnz,) += C at the slots of the Hessian, N s/m."""
         raise NotImplementedError(f"{type(self).__name__} has no dashpots")
 
 
-class Wandering(Energy):
-    """An energy with a Hessian of its own, of unknowns that come to be coupled as bodies meet, and with states between
-    which no straight way leads."""
+class DynamicPatternEnergy(Energy):
+    """An energy whose sparsity pattern changes as bodies come into contact; it returns its own sparse Hessian.
+
+    Some states cannot be joined by a straight path (bodies would pass through each other).
+    """
 
     @property
     def stencils(self) -> Ints:
-        """None: what is coupled changes."""
+        """Empty stencils: the coupled unknowns change from state to state."""
         return no_stencils()
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Nothing: `matrix` has it all."""
+        """Do nothing: `matrix` returns the whole Hessian."""
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
-        """d2E/dx2, sparse (dofs, dofs), N/m; `projected` is positive semi-definite."""
+        """Return d2E/dx2, sparse (dofs, dofs), N/m; positive semi-definite if `projected`."""
         raise NotImplementedError(f"{type(self).__name__} has no Hessian")
 
     def limit(self, x: Floats, d: Floats) -> float:
-        """The part of an increment d (dofs,) that can be gone, at most 1."""
+        """Return the largest admissible fraction, at most 1, of an increment d (dofs,)."""
         raise NotImplementedError(f"{type(self).__name__} does not know how far a way leads")
 
     @property
     def stride(self) -> float:
-        """By how much supports may go on, m, before an equilibrium is sought."""
+        """Largest support motion, m, between two equilibrium solutions."""
         return np.inf
 
 
-class Lagging(Energy):
-    """An energy whose tangent can take a part of its stress from earlier states.
+class LaggedTangentEnergy(Energy):
+    """An energy whose tangent can take part of its stress from earlier states.
 
-    That part is one that an extrapolated state has wrong and that makes the tangent indefinite, such as the
-    pressure of nearly incompressible cells; `kept` numbers describe it in a state.
+    This part is wrong in an extrapolated state and makes the tangent indefinite, such as the pressure of nearly
+    incompressible cells. `kept` numbers describe it in a state.
     """
 
     @property
     def kept(self) -> int:
-        """How many numbers describe the lagged part in a state."""
+        """Number of values that describe the lagged part of a state."""
         raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
 
     def sound(self, x: Floats) -> bool:
-        """Whether no cell is inside out in a state."""
+        """Return whether no cell is inverted in state x."""
         raise NotImplementedError(f"{type(self).__name__} does not know what is inside out")
 
     def add_gradient_kept(self, x: Floats, g: Floats, traces: Floats) -> None:
-        """`add_gradient` with scale 1, and the numbers of the state x into `traces` (kept,)."""
+        """Add the gradient with scale 1, and write the lagged values of state x into `traces` (kept,)."""
         raise NotImplementedError(f"{type(self).__name__} keeps nothing of a state")
 
     def add_both_lagged(self, x: Floats, g: Floats, data: Floats, slots: Ints, traces: Floats) -> None:
-        """`add_gradient` and `add_hessian` at once, the lagged part of the tangent from `traces` (kept,)."""
+        """Add the gradient and the Hessian together, taking the lagged part of the Hessian from `traces` (kept,)."""
         raise NotImplementedError(f"{type(self).__name__} has no lagged tangent")
 
 
 class Space(Protocol):
-    """How a state moves by an increment of its degrees of freedom."""
+    """Interface of a configuration space: how an increment of the degrees of freedom changes a state."""
 
     @property
     def dofs(self) -> int:
         """Number of degrees of freedom."""
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """The state after the increment d (dofs,)."""
+        """Return the state after the increment d (dofs,)."""
 
 
 @dataclass(frozen=True)
 class VectorSpace:
-    """Displacements of points: a state is its own degrees of freedom."""
+    """Vector space of point displacements: the state is the vector of degrees of freedom."""
 
     dofs: int
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """x + d."""
+        """Return x + d."""
         return x + d

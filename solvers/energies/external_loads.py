@@ -1,4 +1,4 @@
-"""Loads: dead nodal forces, which have an energy; follower pressure and moments on faces, which have none."""
+"""External loads: dead nodal forces, which have a potential; follower pressure and surface moments, which have none."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
 
 @dataclass(frozen=True)
 class DeadForces(Energy):
-    """Nodal forces `f` (dofs,) in N that keep their direction: E = -f . x."""
+    """Dead nodal forces `f` (dofs,), N, which keep their direction: E = -f . x."""
 
     f: Floats
     conservative: bool = True
@@ -26,11 +26,11 @@ class DeadForces(Energy):
         return no_stencils()
 
     def value(self, x: Floats) -> float:
-        """Potential of the forces, J."""
+        """Return the potential of the forces, J."""
         return -float(self.f @ x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """g -= scale f."""
+        """Subtract the forces: g -= scale f."""
         g -= scale * self.f
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
@@ -43,11 +43,11 @@ class DeadForces(Energy):
 
 @dataclass(frozen=True)
 class FollowerPressure(Energy):
-    """Pressure `p` (Pa) on facets `faces` (f, k) of three, six or four nodes, along their current inward normal.
+    """Follower pressure `p` (Pa) on facets `faces` (f, k) of three, six or four nodes, along the current inward normal.
 
-    Force on node a: -p int N_a (dx/dxi x dx/deta) dxi deta, by a quadrature that is exact for it; its tangent is
-    not symmetric on a surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy. `weights`
-    are there where it acts on parts of facets: at the points of `elements.moments`, exact for it as well.
+    Force on node a: -p int N_a (dx/dxi x dx/deta) dxi deta, by exact quadrature. The tangent is not symmetric on a
+    surface with a free edge (Bonet and Wood 2008, section 9.5), so there is no energy. `weights` are given if the
+    pressure acts on parts of facets: at the points of `elements.moment_fitting`, which are exact for it too.
     """
 
     points: Floats  # (n, 3) undeformed
@@ -63,7 +63,7 @@ class FollowerPressure(Energy):
 
     @cached_property
     def _rule(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Shape functions N, dN/dxi and dN/deta (q, k), and weights (1 or f, q)."""
+        """Shape functions N, dN/dxi and dN/deta (q, k), and quadrature weights (1 or f, q)."""
         nodes = self.faces.shape[1]
         facet = FACETS[nodes]
         xi, weights = facet.quadrature()
@@ -73,28 +73,28 @@ class FollowerPressure(Energy):
         return facet.shape(xi), dN[:, :, 0], dN[:, :, 1], np.atleast_2d(weights)
 
     def value(self, x: Floats) -> float:
-        """There is none: follower forces on an open surface have no potential."""
+        """Return zero: follower forces on an open surface have no potential."""
         raise TypeError("a follower load has no energy")
 
     def _tangents(self, x: Floats) -> tuple[Floats, Floats]:
-        """dx/dxi and dx/deta (f, q, 3)."""
+        """Return dx/dxi and dx/deta (f, q, 3)."""
         _, first, second, _ = self._rule
         y = (self.points + x.reshape(-1, 3))[self.faces]
         return np.einsum("qk,fki->fqi", first, y), np.einsum("qk,fki->fqi", second, y)
 
     def _weights_at(self, x: Floats) -> Floats:
-        """Weights (1 or f, q) of the rule in the state x."""
+        """Return the quadrature weights (1 or f, q) in the state x."""
         return self._rule[3]
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the nodal forces, N."""
+        """Subtract the nodal forces, N."""
         areas = self._weights_at(x)[:, :, None] * np.cross(*self._tangents(x))
         minus_force = np.einsum("qa,fqi->fai", self._rule[0], areas)
         minus_force *= scale * self.p
         np.add.at(g.reshape(-1, 3), self.faces, minus_force)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Load stiffness, not symmetric; left out of a projected tangent, which must stay definite."""
+        """Add the load stiffness, which is not symmetric; skip it in a projected tangent, which must stay definite."""
         if projected:
             return
         block = self._slopes(x)
@@ -103,7 +103,7 @@ class FollowerPressure(Energy):
         np.add.at(data, slots[keep], block.reshape(slots.shape)[keep])
 
     def _slopes(self, x: Floats) -> Floats:
-        """The derivative of minus the nodal forces under a pressure of one (f, a, 3, b, 3), m."""
+        """Return the derivative of minus the nodal forces under unit pressure (f, a, 3, b, 3), m."""
         N, first, second, _ = self._rule
         w = self._weights_at(x)[:, :, None]
         a, b = (w * tangent for tangent in self._tangents(x))
@@ -119,16 +119,19 @@ class FollowerPressure(Energy):
 
 @dataclass(frozen=True)
 class FaceMoment(Energy):
-    """Traction t = c x (x - middle) per undeformed area on a part of a surface, x where it is now.
+    """Moment on part of a surface, applied as traction t = c x (x - middle) per undeformed area at current positions x.
 
-    `nodes` (k,) are those of its facets, `products` (k, k) the integrals of N_a N_b over its undeformed area, m^2. With
-    m = products less what moves with the middle, y = m x and J = int |r|^2 I - r r^T of the part as it lies now,
+    `nodes` (k,) are the nodes of its facets, `products` (k, k) the integrals of N_a N_b over the undeformed area, m^2.
+    With m = products minus the part that moves with the middle, y = m x, and J = int |r|^2 I - r r^T of the current
+    part,
 
         f_a = c x y_a,  J c = moment:
 
-    the forces sum to nothing and their moment is what is given, in every state. This is the moment that coupling
-    elements put on a surface by equal weights per area; it has no energy, since it stays in space. The tangent has an
-    entry for every pair of nodes, and is not symmetric.
+    the resultant force is zero and the resultant moment is `moment` in every state. Coupling elements with equal
+    weights
+    per area apply the same moment. It is fixed in space, so it has no energy. The tangent couples every pair of nodes
+    and
+    is not symmetric.
     """
 
     points: Floats  # (n, 3) undeformed
@@ -139,19 +142,19 @@ class FaceMoment(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Three degrees of freedom of every node of the part (1, 3 k)."""
+        """Three degrees of freedom of every node of the surface part (1, 3 k)."""
         found: Ints = (3 * self.nodes[:, None] + np.arange(3)).reshape(1, -1)
         return found
 
     @cached_property
     def _about_middle(self) -> Floats:
-        """m (k, k)."""
+        """Matrix m (k, k) of the class docstring."""
         n = self.products.sum(axis=1)
         found: Floats = self.products - np.outer(n, n) / n.sum()
         return found
 
     def _state(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """y (k, 3), J (3, 3) and c (3,)."""
+        """Return y (k, 3), J (3, 3) and c (3,) of the class docstring."""
         r = (self.points + x.reshape(-1, 3))[self.nodes]
         y = self._about_middle @ r
         spread = y.T @ r
@@ -163,12 +166,12 @@ class FaceMoment(Energy):
         raise TypeError("a moment that stays in space has no energy")
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the nodal forces, N."""
+        """Subtract the nodal forces, N."""
         y, _, c = self._state(x)
         g.reshape(-1, 3)[self.nodes] -= scale * np.cross(c, y)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """-[c]x m_ab - [y_a]x J^-1 (2 c y_b^T - (y_b . c) I - y_b c^T); left out of a projected tangent."""
+        """Add -[c]x m_ab - [y_a]x J^-1 (2 c y_b^T - (y_b . c) I - y_b c^T); skip it in a projected tangent."""
         if projected:
             return
         y, J, c = self._state(x)
@@ -185,15 +188,15 @@ class FaceMoment(Energy):
 
 
 @dataclass(frozen=True)
-class Share(Energy):
-    """A part of a load, which grows and falls in time."""
+class ScaledLoad(Energy):
+    """A load multiplied by a factor that changes in time."""
 
     energy: Energy
     share: float
 
     @property
     def conservative(self) -> bool:
-        """As the load is."""
+        """True if the load is conservative."""
         return self.energy.conservative
 
     @property
@@ -206,11 +209,11 @@ class Share(Energy):
         return self.share * self.energy.value(x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus its forces, N."""
+        """Subtract the forces, N."""
         self.energy.add_gradient(x, g, self.share * scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent, N/m."""
+        """Add the tangent, N/m."""
         self.energy.add_hessian(x, data, slots, self.share * scale, projected)
 
     def rounding(self, x: Floats) -> float:

@@ -1,4 +1,4 @@
-"""What energies do with the local blocks of their Hessians, and energies of rods that are sums of such."""
+"""Operations on the local Hessian blocks of energies, and rod energies that are sums over elements."""
 
 from __future__ import annotations
 
@@ -11,53 +11,55 @@ from softmark.solvers.energies.energy import Energy, Floats, Ints
 
 
 def add_blocks(blocks: Floats, slots: Ints, data: Floats) -> None:
-    """data[slots] += blocks, both (m, k, l), skipping what is held, at -1."""
+    """Add blocks to the matrix values: data[slots] += blocks, both (m, k, l); fixed entries have slot -1 and are
+    skipped.
+    """
     # that is counted in front and left out
     data += np.bincount(slots.ravel() + 1, blocks.ravel(), len(data) + 1)[1:]
 
 
-def definite(blocks: Floats) -> Floats:
-    """The nearest positive semi-definite of symmetric blocks (m, k, k): negative eigenvalues become zero."""
+def project_semidefinite(blocks: Floats) -> Floats:
+    """Return the nearest positive semi-definite blocks of symmetric blocks (m, k, k): negative eigenvalues become zero."""
     w, V = np.linalg.eigh(blocks)
     found: Floats = (V * np.maximum(w, 0.0)[:, None, :]) @ V.swapaxes(1, 2)
     return found
 
 
 def cross_matrix(a: Floats) -> Floats:
-    """[a]x (..., 3, 3) with [a]x b = a x b."""
+    """Return the cross-product matrices [a]x (..., 3, 3), with [a]x b = a x b."""
     m = np.zeros((*a.shape, 3))
     m[..., 0, 1], m[..., 0, 2], m[..., 1, 2] = -a[..., 2], a[..., 1], -a[..., 0]
     return m - m.swapaxes(-1, -2)
 
 
-class OverElements(Energy):
-    """An energy of a rod at rest over its elements: what it says of each, added up."""
+class RodElementEnergy(Energy):
+    """An energy of a rod that is a sum over two-node elements, in the quaternion state of static analysis."""
 
     if TYPE_CHECKING:
 
         @property
         def elements(self) -> Ints:
-            """A node and another (m, 2)."""
+            """The two nodes of each element (m, 2)."""
 
     @cached_property
     def stencils(self) -> Ints:
-        """Six degrees of freedom of either node (m, 12)."""
+        """Six degrees of freedom of both nodes (m, 12)."""
         found: Ints = (6 * self.elements[:, :, None] + np.arange(6)).reshape(-1, 12)
         return found
 
     def local_forces(self, x: Floats) -> Floats:
-        """The gradient of each element (m, 12), N and N m."""
+        """Return the gradient of each element (m, 12), N and N m."""
         raise NotImplementedError(f"{type(self).__name__} gives no local forces")
 
     def local_hessians(self, x: Floats) -> Floats:
-        """The Hessian of each element (m, 12, 12), symmetric out of balance too."""
+        """Return the Hessian of each element (m, 12, 12); it is symmetric even out of equilibrium."""
         raise NotImplementedError(f"{type(self).__name__} gives no local Hessians")
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Forces on the nodes, N, and moments about the material axes, N m."""
+        """Add the forces on the nodes, N, and the moments about the material axes, N m."""
         g += np.bincount(self.stencils.ravel(), (scale * self.local_forces(x)).ravel(), len(g))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Exact; `projected` clamps local eigenvalues at zero."""
+        """Add the exact Hessian; `projected` sets negative local eigenvalues to zero."""
         local = self.local_hessians(x)
-        add_blocks(scale * (definite(local) if projected else local), slots, data)
+        add_blocks(scale * (project_semidefinite(local) if projected else local), slots, data)

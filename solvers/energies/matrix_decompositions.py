@@ -1,6 +1,6 @@
-"""Decompositions of one 3 x 3 matrix inside a kernel, by Jacobi's rotations over memory of the caller.
+"""Decompositions of a single 3 x 3 matrix inside compiled kernels, by Jacobi rotations in the caller's work space.
 
-LAPACK's through numba take ten times longer to compile than all the rest of an element.
+LAPACK calls through numba take ten times longer to compile than all the rest of an element.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ SWEEPS = 30  # six suffice: convergence is quadratic
 
 @part
 def orthogonalise(M: Floats) -> None:
-    """Turn the columns in the first three rows of M (6, 3) until they are orthogonal, and those below with them.
+    """Rotate the columns of M (6, 3) until those in the first three rows are orthogonal.
 
-    One-sided Jacobi rotations (Hestenes 1958): what was F above and I below becomes U S and V of F = U S V^T, in no
-    order, with det V = 1.
+    One-sided Jacobi rotations (Hestenes 1958): F in the upper and I in the lower half become U S and V of F = U S V^T,
+    in
+    no order, with det V = 1.
     """
     for _ in range(SWEEPS):
         turned = False
@@ -48,10 +49,11 @@ def orthogonalise(M: Floats) -> None:
 
 @part
 def nearest_rotation(M: Floats) -> Nine:
-    """The rotation that maximises tr(R^T F), row by row, for U S and V of F in M (6, 3) as `orthogonalise` left them.
+    """Return the rotation that maximises tr(R^T F), row by row, from U S and V in M (6, 3) as `orthogonalise` left
+    them.
 
-    R = U V^T, its axis of the least singular value turned where det F < 0: that is u1 v1^T + u2 v2^T + (u1 x u2)
-    (v1 x v2)^T of the two largest. Where F is a line or a point, one of the rotations that do is chosen.
+    R = U V^T; if det F < 0 the axis of the smallest singular value is reversed. So R = u1 v1^T + u2 v2^T + (u1 x u2)
+    (v1 x v2)^T of the two largest. If F has rank one or zero, one of the maximising rotations is chosen.
     """
     m, k, largest, second = 0, 1, -1.0, -1.0
     for j in range(3):
@@ -92,7 +94,7 @@ def set_above_identity(
     M: Floats, a00: float, a01: float, a02: float, a10: float, a11: float, a12: float, a20: float, a21: float,
     a22: float,
 ) -> None:  # fmt: skip
-    """M (6, 3) = [A; I]."""
+    """Set M (6, 3) = [A; I]."""
     M[0, 0], M[0, 1], M[0, 2] = a00, a01, a02
     M[1, 0], M[1, 1], M[1, 2] = a10, a11, a12
     M[2, 0], M[2, 1], M[2, 2] = a20, a21, a22

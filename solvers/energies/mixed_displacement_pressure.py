@@ -1,7 +1,7 @@
-"""Elastic energies with pressures: unknowns of their own, or one of each cell that is eliminated.
+"""Elastic energies with pressure: as separate unknowns, or one per cell that is eliminated.
 
-L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV. Its stationary point is the equilibrium, of least energy in u and
-of most in p: a saddle. 1/M = 0, the incompressible solid, is no special case.
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV. Equilibrium is its stationary point, a saddle: minimum in u and
+maximum in p. 1/M = 0, the incompressible solid, is no special case.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ from softmark.solvers.energies.local_blocks import add_blocks
 
 
 class VolumeConstraint(Protocol):
-    """What measures a change of volume, over deformation gradients F (n, 3, 3): zero at rest."""
+    """Interface of a volume constraint g over deformation gradients F (n, 3, 3); g is zero at rest."""
 
     def value(self, F: Floats) -> Floats:
-        """g (n,), no unit."""
+        """Return g (n,), no unit."""
 
     def gradient(self, F: Floats) -> Floats:
-        """dg/dF (n, 3, 3), no unit."""
+        """Return dg/dF (n, 3, 3), no unit."""
 
     def curvature(self, F: Floats, p: Floats) -> Floats:
-        """p d2g/dF2 (n, 3, 3, 3, 3), Pa, of pressures p (n,)."""
+        """Return p d2g/dF2 (n, 3, 3, 3, 3), Pa, for pressures p (n,)."""
 
 
 @dataclass(frozen=True)
 class MixedSolid(Energy):
-    """Displacements and pressures of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
+    """Mixed displacement-pressure energy of a solid: int psi_shape(F) + p g(F) - p^2/(2 M) dV, in J.
 
     `cells` (m, a), `dNdX` (m, q, a, 3) in 1/m and `w` (m, q) in m^3 are as in `Elastic`, `law` is psi_shape; with
-    `hoop` (m, q, a), 1/m, they are of a body of revolution, as in `Revolved`. The
-    state x is the displacements (3 `nodes`,) in m and behind them the pressures, in units of `shear` / `edge`, a shear
-    modulus in Pa over the size of a cell in m, so that all unknowns are lengths and all equations forces. `pressures`
-    (m, b) are their places in x, `Np` (q, b), or (m, q, b) of each cell, their shape functions, `compliance` is 1/M
-    in 1/Pa, one for all or of each
-    point (m, q). Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and
-    Fortin 2013, section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), not quite.
+    `hoop` (m, q, a), 1/m, the body is axisymmetric, as in `AxisymmetricElastic`. The state x holds the displacements
+    (3 `nodes`,) in m, followed by the pressures in units of `shear` / `edge` (shear modulus in Pa over cell size in m),
+    so
+    that all unknowns are lengths and all equations forces. `pressures` (m, b) are their positions in x. `Np`, (q, b) or
+    (m, q, b) per cell, are their shape functions. `compliance` is 1/M in 1/Pa, one value or one per point (m, q).
+    Continuous linear pressures in ten-node tetrahedra are stable (Taylor and Hood 1973; Boffi, Brezzi and Fortin 2013,
+    section 8.8); one in each hexahedron, Q1/P0, is that of Simo, Taylor and Pister (1985), which is not quite stable.
     """
 
     saddle = True
@@ -65,12 +65,12 @@ class MixedSolid(Energy):
 
     @property
     def unit(self) -> float:
-        """Of pressures in the state, Pa/m."""
+        """Unit of the pressures in the state, Pa/m."""
         return self.shear / self.edge
 
     @cached_property
     def dofs(self) -> int:
-        """Unknowns in all."""
+        """Total number of unknowns."""
         return int(self.pressures.max()) + 1
 
     @cached_property
@@ -80,34 +80,34 @@ class MixedSolid(Energy):
 
     @cached_property
     def _shape(self) -> Elastic:
-        return _solid(self.cells, self.dNdX, self.w, self.law, self.hoop)
+        return _make_elastic(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
     def displacements(self, x: Floats) -> Floats:
-        """Those of a state (3 nodes,), m."""
+        """Return the displacements of a state (3 nodes,), m."""
         return x[: 3 * self.nodes]
 
     def F(self, x: Floats) -> Floats:
-        """Deformation gradients (m q, 3, 3)."""
+        """Return the deformation gradients (m q, 3, 3)."""
         return self._shape.F(self.displacements(x))
 
     def pressure(self, x: Floats) -> Floats:
-        """At every integration point (m, q), Pa; positive in tension."""
+        """Return the pressure at every integration point (m, q), Pa; positive in tension."""
         p: Floats = self.unit * (self.Np @ x[self.pressures][:, :, None])[:, :, 0]
         return p
 
-    def _weighed(self, values: Floats) -> Floats:
-        """int N_b of values (m, q) at the points, times volumes or none: (m, b)."""
+    def _integrate(self, values: Floats) -> Floats:
+        """Return int N_b of `values` (m, q) at the points, which may already include the volumes: (m, b)."""
         found: Floats = (values[:, None] @ self.Np)[:, 0]
         return found
 
     def rounding(self, x: Floats) -> float:
-        """Norm of what rounding leaves in the gradient, N: of strains, and of volumes."""
+        """Return the norm of the rounding error in the gradient, N, of strains and of volumes."""
         volumes = self.unit * float(np.linalg.norm(self.w.sum(axis=1))) * float(np.finfo(np.float64).eps)
         u = self.displacements(x)
         return self._shape.rounding(u) + volumes / self._shape.magnification(u)
 
     def value(self, x: Floats) -> float:
-        """L(u, p), J; infinite outside the domain of the law."""
+        """Return L(u, p), J; infinite outside the domain of the law."""
         p, g = self.pressure(x), self._constraint(x)
         shape = self._shape.value(self.displacements(x))
         total = shape + float(np.sum(self.w * (p * g - 0.5 * self.compliance * p**2)))
@@ -118,23 +118,25 @@ class MixedSolid(Energy):
         return self.constraint.value(F).reshape(self.w.shape) / up
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal forces, N, and what the volume lacks, in N as well."""
+        """Add the nodal forces, N, and the residual of the volume equation, also in N."""
         u, p = self.displacements(x), self.pressure(x)
         self._shape.add_gradient(u, g[: u.size], scale)
         F = self.F(x)
         self._shape.add_stresses(self.constraint.gradient(F) * p.reshape(-1, 1, 1), g[: u.size], scale)
         lacking = self._constraint(x) - self.compliance * p
-        np.add.at(g, self.pressures, (scale * self.unit) * self._weighed(self.w * lacking))
+        np.add.at(g, self.pressures, (scale * self.unit) * self._integrate(self.w * lacking))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The saddle's matrix, N/m. Projected: the block of displacements is made definite, without its pressures."""
+        """Add the saddle-point matrix, N/m. If projected, make the displacement block definite and omit the pressure
+        stress.
+        """
         p, width = self.pressure(x), 3 * self.cells.shape[1]
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         _add_stiffness(self._shape, self.constraint, F, p, slots[:, :width, :width], data, scale, projected)
         self._add_coupling(x, data, slots, scale * self.unit, width)
 
     def _add_coupling(self, x: Floats, data: Floats, slots: Ints, scale: float, width: int) -> None:
-        """int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / M."""
+        """Add int N_b dg/du, on both sides of the diagonal, and -int N_a N_b / M."""
         rows = self._shape.slope(self.constraint.gradient(self.F(x)).reshape(*self.w.shape, 3, 3))
         B = rows.transpose(0, 2, 1) @ (self.w[:, :, None] * self.Np)  # (m, 3a, b)
         C = self.Np.swapaxes(-1, -2) @ ((self.w * self.compliance)[:, :, None] * self.Np)
@@ -144,28 +146,29 @@ class MixedSolid(Energy):
 
     @cached_property
     def spare(self) -> Floats:
-        """What a compliance of SLACK / mu takes from the diagonal of the matrix (dofs,), N/m (see `saddle`)."""
+        """Return the diagonal shift (dofs,), N/m, of a compliance SLACK / mu (see linear/saddle_point.py)."""
         spare = np.zeros(self.dofs)
-        np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * self._weighed(self.w))
+        np.add.at(spare, self.pressures, (SLACK / self.shear * self.unit**2) * self._integrate(self.w))
         return spare
 
 
 def _magnified(shape: Elastic, u: Floats) -> tuple[Floats, float]:
-    """Deformation gradients (m q, 3, 3) of displacements that are magnified if they are very small, and by how much."""
+    """Return deformation gradients (m q, 3, 3) with very small displacements magnified, and the magnification factor."""
     up = shape.magnification(u)
     return shape.F(u if up == 1.0 else u * u.dtype.type(up)), up
 
 
 @dataclass(frozen=True)
 class MeanDilatation(Energy):
-    """int psi_shape(F) dV + sum over cells of V M/2 (mean of g)^2: one pressure in each cell, M times the mean of g.
+    """Energy with one pressure per cell: int psi_shape(F) dV + sum over cells of V M/2 (mean of g)^2.
 
     With g = tr eps this is B-bar with the mean dilatation (Hughes 1980, "Generalization of selective integration
     procedures"), and with g = J - 1 the three-field element Q1/P0 of Simo, Taylor and Pister (1985): the consistent
-    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one for all or of each cell (m,): where it
-    varies within cells the harmonic mean, V / int 1/M dV, which is what a pressure of each cell makes of it. `expected`
-    (m,) are pressures in Pa that the tangent takes in place of M times the mean, as `solvers.mixed` explains. With
-    `hoop` (m, q, a), 1/m, it is of a body of revolution, as in `Revolved`: the mean is that over whole rings.
+    form of F-bar, with an energy and a symmetric tangent. `bulk` is M in Pa, one value or one per cell (m,). If it
+    varies
+    within cells it is the harmonic mean V / int 1/M dV, as a cell pressure implies. `expected` (m,) are pressures in Pa
+    that the tangent takes instead of M times the mean (see assembly/pressure_predictor.py). With `hoop` (m, q, a), 1/m,
+    the body is axisymmetric, as in `AxisymmetricElastic`, and the mean is taken over whole rings.
     """
 
     cellular = True
@@ -182,7 +185,7 @@ class MeanDilatation(Energy):
 
     @cached_property
     def _shape(self) -> Elastic:
-        return _solid(self.cells, self.dNdX, self.w, self.law, self.hoop)
+        return _make_elastic(self.cells, self.dNdX, self.w, self.law, self.hoop)
 
     @property
     def stencils(self) -> Ints:
@@ -190,7 +193,7 @@ class MeanDilatation(Energy):
         return self._shape.stencils
 
     def F(self, x: Floats) -> Floats:
-        """Deformation gradients (m q, 3, 3)."""
+        """Return the deformation gradients (m q, 3, 3)."""
         return self._shape.F(x)
 
     @cached_property
@@ -210,7 +213,7 @@ class MeanDilatation(Energy):
         return V
 
     def expecting(self, x: Floats, d: Floats) -> MeanDilatation:
-        """The same energy with the pressures that a step d from x promises: M (g + dg/du . d)."""
+        """Return the energy whose tangent takes the pressures predicted for a step d from x: M (g + dg/du . d)."""
         F = self.F(x)
         H = (self.F(d) - np.eye(3)).reshape(*self.w.shape, 3, 3)
         G = self.constraint.gradient(F).reshape(H.shape)
@@ -218,15 +221,15 @@ class MeanDilatation(Energy):
         return replace(self, expected=self.bulk * (self._means(F) + grown))
 
     def under(self, constraint: VolumeConstraint, x: Floats) -> MeanDilatation:
-        """The same energy with the pressures of another measure of volume in x."""
+        """Return the energy whose tangent takes the pressures of another volume constraint in state x."""
         return replace(self, expected=self.bulk * replace(self, constraint=constraint)._means(self.F(x)))
 
     def slack(self) -> MeanDilatation:
-        """The same energy with no pressures in its tangent."""
+        """Return the energy without pressure terms in its tangent."""
         return replace(self, expected=np.zeros(len(self.w)))
 
     def _means(self, F: Floats) -> Floats:
-        """Mean of g over each cell (m,)."""
+        """Return the mean of g over each cell (m,)."""
         means: Floats = (self.w * self.constraint.value(F).reshape(self.w.shape)).sum(axis=1) / self._volumes
         return means
 
@@ -246,7 +249,9 @@ class MeanDilatation(Energy):
         self._shape.add_stresses(stress, g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent stiffness, N/m. Projected: that of the shape made definite, and the mean without its curvature."""
+        """Add the tangent stiffness, N/m. If projected, make the shape part definite and omit the curvature of the
+        mean.
+        """
         F = self.F(x).reshape(*self.w.shape, 3, 3)
         each = self.expected
         if each is None:
@@ -254,36 +259,36 @@ class MeanDilatation(Energy):
         p: Floats = np.repeat(each, self.w.shape[1]).reshape(self.w.shape)
         _add_stiffness(self._shape, self.constraint, F, p, slots, data, scale, projected)
         stiff = scale * self.bulk / self._volumes
-        for some in _thousands(len(self.w)):
+        for some in _cell_batches(len(self.w)):
             b = self._grown(F[some], some)
             block = stiff[some][:, None, None] * b[:, :, None] * b[:, None, :]
             add_blocks(block, slots[some], data)
 
     def _grown(self, F: Floats, some: slice) -> Floats:
-        """int dg/du of each cell (c, 3a), m^2."""
+        """Return int dg/du of each cell (c, 3a), m^2."""
         G = self.constraint.gradient(F.reshape(-1, 3, 3)).reshape(F.shape)
         b: Floats = (self.w[some][:, None] @ self._shape.slope(G, some))[:, 0]
         return b
 
 
-def _solid(cells: Ints, dNdX: Floats, w: Floats, law: ElasticLaw, hoop: Floats | None) -> Elastic:
-    """A law over cells; with `hoop`, of a body of revolution."""
+def _make_elastic(cells: Ints, dNdX: Floats, w: Floats, law: ElasticLaw, hoop: Floats | None) -> Elastic:
+    """Return the elastic energy of a law over cells; axisymmetric if `hoop` is given."""
     if hoop is None:
         return Elastic(cells, dNdX, w, law)
-    from softmark.solvers.energies.axisymmetric import Revolved
+    from softmark.solvers.energies.axisymmetric import AxisymmetricElastic
 
-    return Revolved(cells, dNdX, w, law, hoop=hoop)
+    return AxisymmetricElastic(cells, dNdX, w, law, hoop=hoop)
 
 
 def _add_stiffness(
     shape: Elastic, constraint: VolumeConstraint, F: Floats, p: Floats,
     slots: Ints, data: Floats, scale: float, projected: bool,
 ) -> None:  # fmt: skip
-    """The tangent of a shape's law at F (m, q, 3, 3) and of pressures p (m, q), N/m; projected: of the law alone."""
+    """Add the tangent of the law at F (m, q, 3, 3) and of pressures p (m, q), N/m; only of the law if projected."""
     tangent = "dPdF_projected" if projected else "dPdF"
     for some in shape._some():
         flat = F[some].reshape(-1, 3, 3)
-        A = getattr(shape.law_of(some), tangent)(flat)
+        A = getattr(shape.law_of_cells(some), tangent)(flat)
         if not projected:
             A = A + constraint.curvature(flat, p[some].ravel())
         shape.add_moduli(A, some, data, slots[some], scale)
@@ -291,7 +296,7 @@ def _add_stiffness(
 
 @dataclass(frozen=True)
 class DisplacementEnergy(Energy):
-    """An energy of displacements alone (`dofs` of them), where the state has other unknowns behind them."""
+    """An energy of the displacements (`dofs` of them), used in a state that has further unknowns after them."""
 
     energy: Energy
     dofs: int
@@ -303,7 +308,7 @@ class DisplacementEnergy(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """Those of the energy."""
+        """Stencils of the wrapped energy."""
         return self.energy.stencils
 
     def value(self, x: Floats) -> float:
@@ -311,11 +316,11 @@ class DisplacementEnergy(Energy):
         return self.energy.value(x[: self.dofs])
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Forces, N; none on the others."""
+        """Add the forces, N; the other unknowns receive none."""
         self.energy.add_gradient(x[: self.dofs], g[: self.dofs], scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Tangent, N/m."""
+        """Add the tangent, N/m."""
         self.energy.add_hessian(x[: self.dofs], data, slots, scale, projected)
 
     def rounding(self, x: Floats) -> float:
@@ -323,7 +328,7 @@ class DisplacementEnergy(Energy):
         return self.energy.rounding(x[: self.dofs])
 
 
-def _thousands(cells: int) -> Iterator[slice]:
-    """Cells whose blocks fit in memory without a thought."""
+def _cell_batches(cells: int) -> Iterator[slice]:
+    """Yield slices of cells that are small enough for their blocks to fit in memory."""
     each = 4 * POINTS
     return (slice(at, min(at + each, cells)) for at in range(0, cells, each))

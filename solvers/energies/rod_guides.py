@@ -1,7 +1,7 @@
-"""Tendons of a rod that run straight from guide to guide: discs or eyelets, apart from each other, without friction.
+"""Tendons of a rod that run straight between guides (discs or eyelets at a distance from each other), without friction.
 
-The energy is as that of `rod_tendons`, the tension times the length, here that of chords between material points p =
-x + R a of sections: with t = (p_j - p_i) / |p_j - p_i| a guide takes the pulls T t of both its sides, and its section
+The energy is the tension times the length, as in `rod_tendons`, here of chords between material points p = x + R a of
+sections. With t = (p_j - p_i) / |p_j - p_i|, a guide takes the forces T t of both adjacent chords, and its section
 their moments about its node. Tangents are second derivatives along geodesics, as in `rod_loads`.
 """
 
@@ -13,17 +13,17 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.local_blocks import OverElements, cross_matrix
+from softmark.solvers.energies.local_blocks import RodElementEnergy, cross_matrix
 from softmark.solvers.energies.rod_rotation import rotation
 
 SHORT = 1e-300  # m
 
 
 @dataclass(frozen=True)
-class GuidedTendon(OverElements):
-    """A tendon under `tension`, N, straight between guides at `arms` (g, 3), m, beside nodes (g,), one after the other.
+class GuidedTendon(RodElementEnergy):
+    """Tendon under `tension`, N, straight between guides at offsets `arms` (g, 3), m, from nodes (g,), in order.
 
-    E = T sum of |p_j - p_i|, less its value at rest, J.
+    E = T sum of |p_j - p_i|, minus its value at rest, J.
     """
 
     rest: Floats
@@ -34,11 +34,11 @@ class GuidedTendon(OverElements):
 
     @cached_property
     def elements(self) -> Ints:
-        """The nodes of every two neighbouring guides (g - 1, 2)."""
+        """Nodes of every pair of neighbouring guides (g - 1, 2)."""
         return np.stack([self.nodes[:-1], self.nodes[1:]], axis=1)
 
     def _chords(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """Rotations of the sections (g, 3, 3), directions of the chords (g - 1, 3) and their lengths (g - 1,), m."""
+        """Return rotations of the sections (g, 3, 3), chord directions (g - 1, 3) and chord lengths (g - 1,), m."""
         own = x.reshape(-1, 7)[self.nodes]
         R = rotation(own[:, 3:])
         p = own[:, :3] + (R @ self.arms[:, :, None])[:, :, 0]
@@ -55,25 +55,25 @@ class GuidedTendon(OverElements):
         return self.tension * float((self._chords(x)[2] - self._at_rest).sum())
 
     def nearest(self, x: Floats) -> Floats:
-        """To which part of their distance at rest the nearest neighbours among its guides have come (1,)."""
+        """Return the smallest ratio of current to initial distance between neighbouring guides (1,)."""
         found: Floats = (self._chords(x)[2] / self._at_rest).min(keepdims=True)
         return found
 
     def _moved(self, R: Floats) -> Floats:
-        """How the ends of chords move with their sections (2, g - 1, 3, 6): 1 and -R [a]x."""
+        """Return the derivatives of the chord ends by their sections (2, g - 1, 3, 6): 1 and -R [a]x."""
         by = np.empty((len(R), 3, 6))
         by[:, :, :3] = np.eye(3)
         by[:, :, 3:] = -R @ cross_matrix(self.arms)
         return np.stack([by[:-1], by[1:]])
 
     def local_forces(self, x: Floats) -> Floats:
-        """The gradient of each chord (g - 1, 12), N and N m."""
+        """Return the gradient of each chord (g - 1, 12), N and N m."""
         R, t, _ = self._chords(x)
         first, second = (self.tension * t[:, None] @ by for by in self._moved(R))
         return np.concatenate([-first, second], axis=2)[:, 0]
 
     def local_hessians(self, x: Floats) -> Floats:
-        """Of each chord (g - 1, 12, 12)."""
+        """Return the Hessian of each chord (g - 1, 12, 12)."""
         R, t, size = self._chords(x)
         first, second = self._moved(R)
         J = np.concatenate([-first, second], axis=2)

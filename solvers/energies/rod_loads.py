@@ -1,9 +1,9 @@
-"""Loads that turn the sections of a rod: forces at material points beside its axis, and moments that stay in space.
+"""Loads on rod sections: forces at material points off the rod axis, and moments that keep their direction in space.
 
-Rotations enter as in `rod_kinematics`: a tangent is the second derivative along geodesics, parallel gradients compared,
-so that that of anything with an energy is symmetric out of balance too. A moment that keeps its direction in space has
-no energy under turns about several axes (Argyris, Dunne and Scharpf 1978): its tangent is skew, minus one half of
-[m]x, m the moment in the material axes; the other half is that of the forces that balance it.
+Rotations are treated as in `rod_kinematics`. A tangent is the second derivative along geodesics, comparing parallel
+gradients, so it is symmetric even out of equilibrium for any load with an energy. A moment fixed in space has no energy
+under rotations about several axes (Argyris, Dunne and Scharpf 1978). Its tangent is skew: minus one half of [m]x, m the
+moment in the material axes. The other half is in the forces that balance it.
 """
 
 from __future__ import annotations
@@ -14,27 +14,28 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix, definite
+from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix, project_semidefinite
 from softmark.solvers.energies.rod_rotation import rotation
 
 
 def _turns(nodes: Ints) -> Ints:
-    """The degrees of freedom (k, 3) of the rotations of nodes (k,)."""
+    """Return the rotational degrees of freedom (k, 3) of nodes (k,)."""
     found: Ints = 6 * nodes[:, None] + np.arange(3, 6)
     return found
 
 
 def _in_material(x: Floats, nodes: Ints, vectors: Floats) -> Floats:
-    """Vectors (k, 3) in space, in the material axes of nodes (k,)."""
+    """Rotate spatial vectors (k, 3) into the material axes of nodes (k,)."""
     found: Floats = np.einsum("kji,kj->ki", rotation(x.reshape(-1, 7)[nodes, 3:]), vectors)
     return found
 
 
 @dataclass(frozen=True)
 class RodArms(Energy):
-    """Dead forces (k, 3), N, at material points `arms` (k, 3), m in the material axes, beside nodes (k,).
+    """Dead forces (k, 3), N, at material points off the axis, offset by `arms` (k, 3), m in material axes, from nodes
+    (k,).
 
-    E = -sum of f . (x + R a), less its value at rest, J: the arm turns with the section, the force does not.
+    E = -sum of f . (x + R a), minus its value at rest, J: the arm rotates with the section, the force does not.
     """
 
     rest: Floats
@@ -62,19 +63,19 @@ class RodArms(Energy):
         return self._points(self.rest)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the forces, and minus their moments a x R^T f about the material axes."""
+        """Subtract the forces and their moments a x R^T f about the material axes."""
         nodes = g.reshape(-1, 6)
         np.add.at(nodes[:, :3], self.nodes, -scale * self.forces)
         moments = np.cross(self.arms, _in_material(x, self.nodes, self.forces))
         np.add.at(nodes[:, 3:], self.nodes, -scale * moments)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """(F . a) I - (F a^T + a F^T) / 2, F = R^T f; `projected` clamps its eigenvalues at zero."""
+        """Add (F . a) I - (F a^T + a F^T) / 2, F = R^T f; `projected` sets negative eigenvalues to zero."""
         F, a = _in_material(x, self.nodes, self.forces), self.arms
         both = np.einsum("ki,kj->kij", F, a)
         local = np.einsum("ki,ki->k", F, a)[:, None, None] * np.eye(3) - 0.5 * (both + both.swapaxes(1, 2))
         if projected:
-            local = definite(local)
+            local = project_semidefinite(local)
         add_blocks(scale * local, slots, data)
 
     def rounding(self, x: Floats) -> float:
@@ -84,7 +85,7 @@ class RodArms(Energy):
 
 @dataclass(frozen=True)
 class RodMoments(Energy):
-    """Moments (k, 3), N m, on nodes (k,), that keep size and direction in space."""
+    """Moments (k, 3), N m, on nodes (k,), with constant magnitude and direction in space."""
 
     nodes: Ints
     moments: Floats
@@ -100,11 +101,11 @@ class RodMoments(Energy):
         raise TypeError("a moment that stays in space has no energy")
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the moments, about the material axes."""
+        """Subtract the moments about the material axes."""
         np.add.at(g.reshape(-1, 6)[:, 3:], self.nodes, -scale * _in_material(x, self.nodes, self.moments))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """-[m]x / 2, skew; left out of a projected tangent, which must stay definite."""
+        """Add -[m]x / 2, which is skew; skip it in a projected tangent, which must stay definite."""
         if projected:
             return
         m = _in_material(x, self.nodes, self.moments)

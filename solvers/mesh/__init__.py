@@ -1,1 +1,1 @@
-"""Meshes: shapes, cells, what an element makes of them, files."""
+"""Meshes: shapes of bodies, their cells and elements, interpolation on them, and mesh files."""

@@ -1,8 +1,7 @@
-"""Adaptive quadrature over the cells of a mesh, for functions that vary within cells more than Gauss points can see.
+"""Adaptive quadrature over the cells of a mesh, for functions that vary too fast within a cell for its Gauss points.
 
 The reference cell is halved along one of its edges, and its halves again, until two rules agree in every part and
-bounds
-of the function over a part leave no room for a feature between the points. Source of the scheme: Berntsen, Espelid and
+bounds of the function over a part exclude a feature between the points. Source of the scheme: Berntsen, Espelid and
 Genz (1991), "An adaptive algorithm for the approximate calculation of multiple integrals"; bounds by interval
 arithmetic are those of Moore (1966).
 """
@@ -49,8 +48,8 @@ BUNDLES: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
 class FineRule:
     """Quadrature points of some cells, sorted by cell: `cell` (n,), local points `xi` (n, 3), volumes `w` (n,), m^3.
 
-    `values` (g, n) are the functions at the points. `error` (g, m) estimates by how much the integral of each function
-    over each cell is off, and `hidden` (g, m) bounds what the points cannot see by the bounds of the function.
+    `values` (g, n) are the functions at the points. `error` (g, m) estimates the error of the integral of each function
+    over each cell, and `hidden` (g, m) is the part that the points may miss, from bounds of the function.
     """
 
     cell: Ints
@@ -63,7 +62,7 @@ class FineRule:
 
 @dataclass
 class _Parts:
-    """Parts of reference cells: `cell` (n,) they belong to, local `vertices` (n, v, 3)."""
+    """Parts of reference cells: the cell of each, `cell` (n,), and its local `vertices` (n, v, 3)."""
 
     cell: Ints
     vertices: Floats
@@ -76,12 +75,12 @@ class _Parts:
 
 
 def family_of(element: type[Element]) -> str:
-    """The reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
+    """Return the reference cell of an element: `hexahedra`, `wedges` or `tetrahedra`."""
     return {8: "hexahedra", 6: "wedges", 4: "tetrahedra"}[element.corners]
 
 
 def rules_of(element: type[Element]) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-    """A coarse and a fine rule of the reference cell, of degrees 3 and 5 (2 and 5 in tetrahedra, 2 and 4 in wedges)."""
+    """Return a coarse and a fine rule of the reference cell, degrees 3 and 5 (tetrahedra 2 and 5, wedges 2 and 4)."""
     family = family_of(element)
     if family == "hexahedra":
         return CELLS["hex8"].quadrature(), CELLS["hex20"].quadrature()
@@ -92,15 +91,15 @@ def rules_of(element: type[Element]) -> tuple[tuple[Floats, Floats], tuple[Float
 def adaptive_rule(
     mesh: Mesh, values: Values, bounds: Bounds, tolerance: float, most: int, axes: Floats, floor: Floats, degree: int,
 ) -> FineRule:  # fmt: skip
-    """Quadrature points in every cell by which functions (g of them) are integrated to a tolerance.
+    """Return quadrature points in every cell that integrate g functions to a relative tolerance.
 
-    `tolerance` is relative to the integral of each function's magnitude over its cell, `most` the number of parts in
-    all. `axes` (3,) is 1 along coordinates that the functions depend on and else 0. `floor` (g,) is added to the
-    magnitude of each function, in its unit: a function that vanishes in a cell needs no relative accuracy. Each part is
-    given points that are exact for polynomials of a `degree` of five at most.
+    `tolerance` is relative to the integral of each function's magnitude over its cell; `most` is the largest number of
+    parts. `axes` (3,) is 1 for coordinates that the functions depend on and else 0. `floor` (g,) is added to the
+    magnitude of each function, in its unit: a function that vanishes in a cell needs no relative accuracy. The points
+    of each part are exact for polynomials of a `degree` of at most five.
     """
     element, count = mesh.element, len(mesh.cells)
-    grid = _Grid(mesh, values, bounds, axes)
+    grid = _CellFunctions(mesh, values, bounds, axes)
     whole = np.broadcast_to(element.places()[: element.corners], (count, element.corners, 3)).copy()
     parts, done = _Parts(np.arange(count), whole), list[tuple[_Parts, Floats, Floats]]()
     size, left = np.zeros((len(floor), count)), np.zeros((len(floor), count))
@@ -138,7 +137,7 @@ def adaptive_rule(
     return grid.collected(done, count, degree)
 
 
-def straightened(mesh: Mesh) -> Mesh:
+def drop_straight_midnodes(mesh: Mesh) -> Mesh:
     """Return the mesh with corner nodes only if all other nodes lie midway between corners; else the mesh itself."""
     element = mesh.element
     if element.linear == mesh.kind:
@@ -151,8 +150,8 @@ def straightened(mesh: Mesh) -> Mesh:
     )
 
 
-def _affine(mesh: Mesh) -> Floats | None:
-    """x = r_0 + xi R of every cell, as rows r_0 and R (m, 4, 3), m; None where a cell is not mapped like that."""
+def _affine_maps(mesh: Mesh) -> Floats | None:
+    """Return the affine map x = r_0 + xi R of every cell as rows r_0 and R (m, 4, 3), m; None if a cell is curved."""
     local = mesh.element.places()
     rows = np.column_stack([np.ones(len(local)), local])
     corners = mesh.points[mesh.cells]
@@ -161,7 +160,7 @@ def _affine(mesh: Mesh) -> Floats | None:
     return found if off <= STRAIGHT * mesh.extent else None
 
 
-def _beyond(bounds: tuple[Floats, Floats], least: Floats, largest: Floats) -> Floats:
+def _excess_over_samples(bounds: tuple[Floats, Floats], least: Floats, largest: Floats) -> Floats:
     """Return by how much bounds (g, n) exceed the extremes of sampled values; 0 where the excess is negligible."""
     low, high = bounds
     beyond = np.maximum(high - largest, 0.0) + np.maximum(least - low, 0.0)
@@ -169,27 +168,27 @@ def _beyond(bounds: tuple[Floats, Floats], least: Floats, largest: Floats) -> Fl
     return np.where(beyond <= VISIBLE * (largest - least), 0.0, beyond)
 
 
-class _Grid:
-    """Functions over parts of the cells of a mesh."""
+class _CellFunctions:
+    """Evaluation of functions over parts of the cells of a mesh."""
 
     def __init__(self, mesh: Mesh, values: Values, bounds: Bounds, axes: Floats) -> None:
         self.values, self.bounds, self.axes = values, bounds, axes
-        self.mesh = straightened(mesh)  # whose shape functions are fewer
+        self.mesh = drop_straight_midnodes(mesh)  # whose shape functions are fewer
         self.element = self.mesh.element
         self.linear = CELLS[self.element.linear]
-        self.affine = _affine(self.mesh)
+        self.affine = _affine_maps(self.mesh)
         self.coarse, self.fine = rules_of(self.element)
         self.bundles = [np.array(b) for b in BUNDLES[family_of(self.element)]]
 
     def places(self, cell: Ints, xi: Floats) -> Floats:
-        """Positions (n, q, 3), m, of local points xi (n, q, 3) in cells (n,)."""
+        """Return the positions (n, q, 3), m, of local points xi (n, q, 3) in cells (n,)."""
         if self.affine is not None:
             return np.asarray(self.affine[cell, :1] + xi @ self.affine[cell, 1:])
         N = self.element.shape(xi.reshape(-1, 3)).reshape(*xi.shape[:2], -1)
         return np.asarray(N @ self.mesh.points[self.mesh.cells[cell]])
 
     def within(self, parts: _Parts, rule: tuple[Floats, Floats]) -> tuple[Floats, Floats, Floats]:
-        """Local points (n, q, 3), positions (n, q, 3) in m and volumes (n, q) in m^3 of a rule in every part."""
+        """Return local points (n, q, 3), positions (n, q, 3) in m and volumes (n, q) in m^3 of a rule in every part."""
         xi = self.linear.shape(rule[0]) @ parts.vertices
         edges = np.einsum("nvi,vj->nij", parts.vertices, self.linear.gradient(np.array([self.element.centre]))[0])
         share = np.abs(determinants(edges.swapaxes(1, 2)))
@@ -203,12 +202,12 @@ class _Grid:
         return xi, self.places(parts.cell, xi), w
 
     def at(self, X: Floats) -> Floats:
-        """Values (g, n, q) at points (n, q, 3), m."""
+        """Return the function values (g, n, q) at points (n, q, 3), m."""
         found = self.values(X.reshape(-1, 3))
         return found.reshape(len(found), *X.shape[:2])
 
     def box(self, parts: _Parts) -> tuple[Floats, Floats]:
-        """Bounding boxes (n, 3) of parts, m."""
+        """Return the bounding boxes (n, 3) of parts, m."""
         X = self.places(parts.cell, parts.vertices)
         low, high = X.min(axis=1), X.max(axis=1)
         if self.element.order > 1:
@@ -217,7 +216,7 @@ class _Grid:
         return low, high
 
     def look(self, parts: _Parts) -> tuple[Floats, Floats, Floats, Floats]:
-        """Magnitude of the integrals (g, n), volumes (n,), their error (g, n) and what may be hidden (g, n)."""
+        """Return integrals of magnitudes (g, n), volumes (n,), their errors (g, n) and possibly hidden parts (g, n)."""
         _, X, w = self.within(parts, self.fine)
         fine = self.at(X)
         _, Y, v = self.within(parts, self.coarse)
@@ -226,15 +225,15 @@ class _Grid:
         error = np.abs((fine * w).sum(axis=2) - (coarse * v).sum(axis=2))
         seen = np.concatenate([fine, coarse], axis=2)  # and not vertices, which no rule has
         least, largest = seen.min(axis=2), seen.max(axis=2)
-        beyond = _beyond(self.bounds(*self.box(parts)), least, largest)
+        beyond = _excess_over_samples(self.bounds(*self.box(parts)), least, largest)
         wide = np.flatnonzero((beyond > 0.0).any(axis=0))
         if len(wide):
             closer = self.closer_bounds(parts[wide])
-            beyond[:, wide] = _beyond(closer, least[:, wide], largest[:, wide])
+            beyond[:, wide] = _excess_over_samples(closer, least[:, wide], largest[:, wide])
         return np.abs(fine * w).sum(axis=2), volume, error, beyond * volume
 
     def closer_bounds(self, parts: _Parts) -> tuple[Floats, Floats]:
-        """Bounds of the functions over parts (g, n), from those over eight pieces of each."""
+        """Return bounds of the functions over parts (g, n), from bounds over eight pieces of each."""
         pieces = parts
         for _ in range(CLOSER):
             pieces = self.bisected(pieces)
@@ -243,7 +242,7 @@ class _Grid:
         return low.reshape(each).min(axis=2), high.reshape(each).max(axis=2)
 
     def bisected(self, parts: _Parts) -> _Parts:
-        """Both halves of each part, one behind the other, cut across the edges that are longest along `axes`."""
+        """Return both halves of each part, one behind the other, cut across the edges that are longest along `axes`."""
         X = self.places(parts.cell, parts.vertices)
         ends = [b.T for b in self.bundles]
         length = np.array([(np.abs(X[:, b] - X[:, a]).max(axis=1) * self.axes).max(axis=1) for a, b in ends])
@@ -256,7 +255,8 @@ class _Grid:
         return _Parts(np.repeat(parts.cell, 2), halves.reshape(-1, *parts.vertices.shape[1:]))
 
     def halved(self, parts: _Parts, size: Floats) -> _Parts:
-        """Both halves of each part, cut where bounds of the functions become narrowest, else across the longest edge.
+        """Return both halves of each part, cut where bounds of the functions become narrowest, else across the longest
+        edge.
 
         `size` (g,) is the order of magnitude of each function.
         """
@@ -293,7 +293,7 @@ class _Grid:
         return _Parts(np.repeat(parts.cell, 2), every[which, :, rows].reshape(-1, *parts.vertices.shape[1:]))
 
     def collected(self, done: list[tuple[_Parts, Floats, Floats]], count: int, degree: int) -> FineRule:
-        """The fine rule in the parts of cells that have few, and else the coarse one where that is of the degree."""
+        """Return the fine rule in the parts of cells with few parts, and else the coarse rule if its degree suffices."""
         parts = _Parts(np.concatenate([p.cell for p, *_ in done]), np.concatenate([p.vertices for p, *_ in done]))
         error, hidden = (np.concatenate([each[i] for each in done], axis=1) for i in (1, 2))
         enough = degree <= (3 if family_of(self.element) == "hexahedra" else 2)

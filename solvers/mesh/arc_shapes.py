@@ -1,4 +1,4 @@
-"""Arcs: bodies of one section along a part of a circle, for solids and for beams."""
+"""Arcs: bodies of constant section along part of a circle, for solid and beam models."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import math
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cell_counts import divisions, of_disc, of_rectangle
+from softmark.solvers.mesh.cell_counts import count_disc_cells, count_divisions, count_rectangle_cells
 from softmark.solvers.mesh.conforming_planes import Cut
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
-from softmark.solvers.mesh.curved_boundary import Around, Toroidal
-from softmark.solvers.mesh.shape import Bounds, Side, Swept, Vector3, cross, dot, moved, transverse
+from softmark.solvers.mesh.curved_boundary import CylinderSide, TorusSide
+from softmark.solvers.mesh.shape import Bounds, CurvedSide, Swept, Vector3, add_multiples, cross, dot, transverse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,11 +24,12 @@ SIDEWAYS = 1e-6  # of a direction: less of it across the axis says no plane
 
 @dataclass(frozen=True)
 class Arc(Swept):
-    """A body of one section along a part of a circle: it starts at `origin` along `axis`, and bends to `towards`.
+    """A body of constant section along part of a circle: it starts at `origin` along `axis` and bends towards
+    `towards`.
 
-    Of a rectangular section (`side`, and `height` if it is another) or a round one (`section_radius`). Its mesh is
-    that of a straight box or cylinder, bent: every node lies where the body has it. Beams take it free of stress, at
-    rest; its far end looks along `axis` turned by `angle`.
+    The section is rectangular (`side`, and `height` if it differs) or round (`section_radius`). The mesh is that of a
+    straight box or cylinder, bent: every node lies on its exact position. Beams take the curved shape as stress-free at
+    rest; the far end points along `axis` turned by `angle`.
     """
 
     gap = "curved"
@@ -50,7 +51,9 @@ class Arc(Swept):
 
     @property
     def fault(self) -> str:
-        """No section or two, one that passes the centre of the circle, or no plane."""
+        """Return an error if there is no section or two, if it reaches past the circle's centre, or if there is no
+        plane.
+        """
         if (self.side is None) == (self.section_radius is None):
             return "it needs a `side`, of a rectangular section, or a `section_radius`, of a round one"
         if self.height is not None and self.side is None:
@@ -63,32 +66,32 @@ class Arc(Swept):
 
     @property
     def root(self) -> Vector3:
-        """The centre of the section where the axis starts, m."""
+        """Centre of the section at the start of the axis, m."""
         return self.origin
 
     @property
     def length(self) -> float:
-        """Along the axis, m."""
+        """Length along the axis, m."""
         return self.radius * self.angle
 
     @property
     def bend(self) -> float:
-        """The curvature of its axis, 1/m."""
+        """Curvature of the axis, 1/m."""
         return 1.0 / self.radius
 
     @property
     def section(self) -> Rectangle | Disc:
-        """The cross-section: its first axis looks to the centre of the circle, its second across the plane."""
+        """Cross-section: its first axis points to the centre of the circle, its second is normal to the plane."""
         if self.section_radius is not None:
             return Disc(self.section_radius)
         side = self.side or self.radius  # without one it is a fault, of which only that is said
         return Rectangle(side, self.height or side)
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Unit vectors there: along the axis, to the centre of the circle, and across its plane."""
+        """Return the unit vectors at a station: along the axis, to the centre of the circle, and normal to its plane."""
         t, n, b = self._start
         c, s = math.cos(station / self.radius), math.sin(station / self.radius)
-        return moved((0.0, 0.0, 0.0), (c, t), (s, n)), moved((0.0, 0.0, 0.0), (c, n), (-s, t)), b
+        return add_multiples((0.0, 0.0, 0.0), (c, t), (s, n)), add_multiples((0.0, 0.0, 0.0), (c, n), (-s, t)), b
 
     @property
     def _start(self) -> tuple[Vector3, Vector3, Vector3]:
@@ -101,17 +104,19 @@ class Arc(Swept):
 
     @property
     def middle(self) -> Vector3:
-        """The centre of the circle, m."""
-        return moved(self.origin, (self.radius, self._start[1]))
+        """Centre of the circle, m."""
+        return add_multiples(self.origin, (self.radius, self._start[1]))
 
     def centre(self, station: float) -> Vector3:
-        """The centre of the section at a station, m from the root along the axis."""
+        """Return the centre of the section at a station, m from the root along the axis."""
         t, n, _ = self._start
         turn = station / self.radius
-        return moved(self.origin, (self.radius * math.sin(turn), t), (2.0 * self.radius * math.sin(0.5 * turn) ** 2, n))
+        return add_multiples(
+            self.origin, (self.radius * math.sin(turn), t), (2.0 * self.radius * math.sin(0.5 * turn) ** 2, n)
+        )
 
     def own(self, point: Vector3) -> Vector3:
-        """The station of a point, and its place in the section there, m; halfway round from the middle it jumps."""
+        """Return a point's station and its position in the section there, m; it jumps halfway round the circle."""
         t, n, b = self._start
         off = [p - m for p, m in zip(point, self.middle, strict=True)]
         x, y = dot(off, t), -dot(off, n)
@@ -120,7 +125,7 @@ class Arc(Swept):
         return self.radius * turn, self.radius - math.hypot(x, y), dot(off, b)
 
     def coordinates(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """What `own` says of each of points (n, 3), m, as three arrays (n,)."""
+        """Return the stations and section coordinates (see `own`) of points (n, 3), m, as three arrays (n,)."""
         off = X - np.array(self.middle)
         x, y, v = (off @ np.array(e) for e in self._start)
         half = 0.5 * self.angle
@@ -129,7 +134,7 @@ class Arc(Swept):
         return self.radius * turn, self.radius - np.hypot(x, y), v
 
     def slab(self, first: float, last: float) -> Bounds:
-        """The lowest and highest coordinates of all between two stations, m, exactly.
+        """Return the exact lowest and highest coordinates of the body between two stations, m.
 
         A point is middle - (radius - u) n(turn) + v b: along a coordinate it is highest where -n is, for the section
         reaches no farther than the circle's centre.
@@ -138,14 +143,14 @@ class Arc(Swept):
         ends = first / self.radius, last / self.radius
         low, high = [0.0] * 3, [0.0] * 3
         for i, middle in enumerate(self.middle):
-            least, most = self._swing(t[i], -n[i], *ends)
+            least, most = self._harmonic_range(t[i], -n[i], *ends)
             low[i] = middle + self.radius * least - section.support(least, -b[i])
             high[i] = middle + self.radius * most + section.support(-most, b[i])
         return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
     @staticmethod
-    def _swing(a: float, b: float, first: float, last: float) -> tuple[float, float]:
-        """The least and the largest a sin(turn) + b cos(turn) between two turns."""
+    def _harmonic_range(a: float, b: float, first: float, last: float) -> tuple[float, float]:
+        """Return the least and the largest a sin(turn) + b cos(turn) between two turns."""
         found = [a * math.sin(turn) + b * math.cos(turn) for turn in (first, last)]
         top = math.atan2(a, b)
         for sense, turn in ((1.0, top), (-1.0, top + math.pi)):
@@ -155,30 +160,36 @@ class Arc(Swept):
 
     @property
     def even(self) -> float:
-        """Sizes that are this by whole numbers give meshes whose sections are similar, m."""
+        """Cell size whose whole fractions give meshes with similar sections, m."""
         section = self.section
         return section.radius / 2.5 if isinstance(section, Disc) else min(section.extents) / 2
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) across the section, two numbers, and along the axis."""
-        section, along = self.section, divisions(self.length, size)
-        across = of_disc(section.radius, size) if isinstance(section, Disc) else of_rectangle(*section.extents, size)
+        """Return the number of cells of a mesh of a size (m): two numbers across the section, one along the axis."""
+        section, along = self.section, count_divisions(self.length, size)
+        across = (
+            count_disc_cells(section.radius, size)
+            if isinstance(section, Disc)
+            else count_rectangle_cells(*section.extents, size)
+        )
         return *across, along
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
+        """Return a mesh of an element with edges of about `size` (m). Raises UnknownElement."""
         from softmark.solvers.mesh.mesh import Mesh
-        from softmark.solvers.mesh.structured_meshes import disc, rectangle, rounded, solid
+        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion, mesh_rectangle
 
         section = self.section
-        flat = disc(section.radius, size) if isinstance(section, Disc) else rectangle(*section.extents, size)
-        straight = solid(flat, self.length, size, kind)
+        flat = mesh_disc(section.radius, size) if isinstance(section, Disc) else mesh_rectangle(*section.extents, size)
+        straight = mesh_extrusion(flat, self.length, size, kind)
         if isinstance(section, Disc):
-            straight = rounded(straight, [Around((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), self.length, section.radius)])
+            straight = curve_sides(
+                straight, [CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), self.length, section.radius)]
+            )
         return Mesh(self._bent(straight.points), straight.cells, kind)
 
     def _bent(self, points: Floats) -> Floats:
-        """Points (n, 3), m, of a straight body along z, where the arc has them."""
+        """Return the positions in the arc of points (n, 3), m, of a straight body along z."""
         u, v, s = points.T
         t, n, b = (np.array(e) for e in self._start)
         c, d, turn = np.cos(s / self.radius), np.sin(s / self.radius), 0.5 * s / self.radius
@@ -187,11 +198,11 @@ class Arc(Swept):
         return np.ascontiguousarray(np.array(self.origin) + axis + u[:, None] * inward + v[:, None] * b)
 
     @property
-    def sides(self) -> tuple[Side, ...]:
-        """Its curved sides: a torus, or the inner and the outer cylinder."""
+    def sides(self) -> tuple[CurvedSide, ...]:
+        """Curved sides: a torus, or the inner and the outer cylinder."""
         section, b = self.section, self._start[2]
         if isinstance(section, Disc):
-            return (Toroidal(b, self.middle, self.radius, section.radius),)
-        foot = moved(self.middle, (-0.5 * section.height, b))
+            return (TorusSide(b, self.middle, self.radius, section.radius),)
+        foot = add_multiples(self.middle, (-0.5 * section.height, b))
         half = 0.5 * section.width
-        return tuple(Around(b, foot, section.height, r) for r in (self.radius + half, self.radius - half))
+        return tuple(CylinderSide(b, foot, section.height, r) for r in (self.radius + half, self.radius - half))

@@ -1,7 +1,7 @@
-"""Blocks of hexahedra in the unit ball: shells around a bulged cube, or around a hollow.
+"""Hexahedral meshes of the unit ball: shells of cells around a rounded cube or around a hollow.
 
-The cube is mapped to the ball as Nowell has it (2005, "Mapping a cube to a sphere"), with lines of equal angles along
-the middle circles of its faces; points of the shells lie straight between its surface and the sphere.
+The cube is mapped to the ball by Nowell (2005, "Mapping a cube to a sphere"), with lines of equal angles along the
+middle circles of its faces; points of the shells lie on straight lines between its surface and the sphere.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
-from softmark.solvers.mesh.cell_splitting import meshed
+from softmark.solvers.mesh.cell_splitting import mesh_hexahedra
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 CORNER, BULGE = 0.65, 0.4  # of the cube: radius of its corners, how far its sides follow the sphere
@@ -20,35 +20,35 @@ CORNER, BULGE = 0.65, 0.4  # of the cube: radius of its corners, how far its sid
 
 @dataclass(frozen=True)
 class Blocks:
-    """Hexahedra (m, 8) of points (n, 3), coloured like a chessboard (n,), 0 or 1."""
+    """Hexahedra (m, 8) of points (n, 3), with a chessboard colour 0 or 1 for each point (n,)."""
 
     points: Floats
     cells: Ints
     colour: Ints
 
 
-def ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
-    """A cube of `side` cells (an even number) along each edge, and shells around it up to the unit sphere.
+def build_ball(side: int, shells: int, beyond: Sequence[float] = ()) -> Blocks:
+    """Return a cube of `side` cells (an even number) along each edge, and shells around it up to the unit sphere.
 
-    With these numbers tetrahedra keep a mean-ratio quality above 0.5 from coarse to fine. More shells lie `beyond`, up
-    to spheres of these radii above 1.
+    These counts keep the mean-ratio quality of tetrahedra above 0.5 from coarse to fine. Further shells reach spheres
+    of the radii `beyond`, each above 1.
     """
     cube, sphere = _cube(side)
     inner = CORNER * ((1.0 - BULGE) * cube.points / np.sqrt(3.0) + BULGE * sphere)
     share = np.arange(1, shells + 1) / shells
-    return _wrapped(Blocks(inner, cube.cells, cube.colour), sphere, share, hollow=False, beyond=beyond)
+    return _add_shells(Blocks(inner, cube.cells, cube.colour), sphere, share, hollow=False, beyond=beyond)
 
 
-def shell(side: int, radii: Sequence[float]) -> Blocks:
-    """Shells of cells between spheres of some radii, outward, the last 1."""
+def build_shell(side: int, radii: Sequence[float]) -> Blocks:
+    """Return shells of cells between spheres of increasing radii, the last 1."""
     cube, sphere = _cube(side)
     inner = radii[0]
     share = (np.array(radii[1:]) - inner) / (1.0 - inner)
-    return _wrapped(Blocks(inner * sphere, cube.cells, cube.colour), sphere, share, hollow=True)
+    return _add_shells(Blocks(inner * sphere, cube.cells, cube.colour), sphere, share, hollow=True)
 
 
 def _cube(side: int) -> tuple[Blocks, Floats]:
-    """The cube from -1 to 1, and where its points lie in the unit ball (n, 3)."""
+    """Return the cube from -1 to 1, and the positions of its points in the unit ball (n, 3)."""
     line = np.sqrt(2.0) * np.sin(0.25 * np.pi * np.linspace(-1.0, 1.0, side + 1))
     line[[0, -1]] = -1.0, 1.0
     line[side // 2] = 0.0
@@ -62,10 +62,11 @@ def _cube(side: int) -> tuple[Blocks, Floats]:
     return Blocks(points, cells, np.indices(n.shape).sum(axis=0).ravel() % 2), points * np.stack(roots, axis=1)
 
 
-def _wrapped(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyond: Sequence[float] = ()) -> Blocks:
-    """A core with shells around it, at shares of the way from its surface to the sphere; or these shells alone.
+def _add_shells(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyond: Sequence[float] = ()) -> Blocks:
+    """Return a core with shells around it, or the shells only.
 
-    And beyond, at radii above 1.
+    The shells lie at fractions `share` of the way from the core's surface to the sphere, and at the radii `beyond`,
+    above 1.
     """
     quads = Mesh(core.points, core.cells, "hex8").facets
     rim, own = np.unique(quads, return_inverse=True)
@@ -83,10 +84,10 @@ def _wrapped(core: Blocks, sphere: Floats, share: Floats, hollow: bool, beyond: 
     return Blocks(np.concatenate(points), np.concatenate(cells), np.concatenate(colour))
 
 
-def filled(blocks: Blocks, kind: str, stretch: tuple[float, ...], origin: tuple[float, ...], kept: int) -> Mesh:
-    """Cells of an element made of blocks that are stretched along x, y and z and moved, m. Raises UnknownElement.
+def mesh_blocks(blocks: Blocks, kind: str, stretch: tuple[float, ...], origin: tuple[float, ...], kept: int) -> Mesh:
+    """Return a mesh of an element from blocks that are stretched along x, y and z and moved, m. Raises UnknownElement.
 
-    Of the first `kept` coordinates only what is above the origin.
+    Only the part above the origin is kept along the first `kept` coordinates.
     """
     element = element_of(kind)
     inside = (blocks.points[blocks.cells][:, :, :kept] >= -1e-9).all(axis=(1, 2))
@@ -94,4 +95,4 @@ def filled(blocks: Blocks, kind: str, stretch: tuple[float, ...], origin: tuple[
     own = blocks.points[used]
     own[:, :kept] = np.maximum(own[:, :kept], 0.0)  # planes of symmetry are flat to the last digit
     points = own * np.array(stretch) + np.array(origin)
-    return meshed(points, cells.reshape(-1, 8).astype(np.int64), blocks.colour[used], element)
+    return mesh_hexahedra(points, cells.reshape(-1, 8).astype(np.int64), blocks.colour[used], element)

@@ -1,4 +1,4 @@
-"""Closed surfaces united, taken away and cut: by manifold3d (Apache-2.0), whose results are manifolds."""
+"""Boolean operations on closed surfaces (union, difference, intersection) by manifold3d (Apache-2.0)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-from softmark.solvers.mesh.files.triangle_proximity import ends_of
-from softmark.solvers.mesh.files.watertight_repair import Closed, closed, joined, signed
+from softmark.solvers.mesh.files.triangle_proximity import edges_of_triangles
+from softmark.solvers.mesh.files.watertight_repair import ClosedSurface, close_surface, merge_points, signed_volume
 from softmark.solvers.mesh.mesh import Floats, Ints
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.shape import Side
+    from softmark.solvers.mesh.shape import CurvedSide
 
 EMPTY, MISSING, UNFIT, ENDLESS = "E336", "E337", "E338", "E578"
 SAME = 12  # digits, of the extent: faces that differ by rounding lie in one plane
@@ -22,8 +22,8 @@ NOTHING = 1e-9  # of the extent cubed: a volume that is no more is none
 MEANING = {"union": "__add__", "difference": "__sub__", "intersection": "__xor__"}
 
 
-def library() -> Any:
-    """manifold3d. Raises UnreadableMesh where it is not installed."""
+def import_manifold3d() -> Any:
+    """Return the module manifold3d. Raises UnreadableMesh if it is not installed."""
     try:
         return importlib.import_module("manifold3d")
     except ImportError:
@@ -33,9 +33,11 @@ def library() -> Any:
         ) from None  # fmt: skip
 
 
-def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints]) -> Closed:
-    """What an operation makes of two closed surfaces: points (n, 3), m, and triangles. Raises UnreadableMesh."""
-    manifold = library()
+def combine_surfaces(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints]) -> ClosedSurface:
+    """Return the surface that an operation makes of two closed surfaces: points (n, 3), m, and triangles. Raises
+    UnreadableMesh.
+    """
+    manifold = import_manifold3d()
     every = np.concatenate([one[0], other[0]])
     middle, extent = every.mean(axis=0), float(np.linalg.norm(np.ptp(every, axis=0)))
     first, second = (_solid(manifold, np.round((X - middle) / extent, SAME), t) for X, t in (one, other))
@@ -45,16 +47,16 @@ def combined(operation: str, one: tuple[Floats, Ints], other: tuple[Floats, Ints
     mesh = found.to_mesh64()
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64) * extent + middle
     # Where sides touch it leaves slivers with points next to each other: its own, and no flaw of a file to tell of.
-    surface = closed(*joined(points, np.array(mesh.tri_verts, dtype=np.int64), []))
-    if operation == "difference" and surface.volume >= signed(*one) * (1.0 - NOTHING):
+    surface = close_surface(*merge_points(points, np.array(mesh.tri_verts, dtype=np.int64), []))
+    if operation == "difference" and surface.volume >= signed_volume(*one) * (1.0 - NOTHING):
         raise UnreadableMesh("what is taken away does not meet the rest: nothing is taken", EMPTY,
                              "look at its place and size: `origin`, `axis`, units")  # fmt: skip
     return surface
 
 
-def halves(points: Floats, triangles: Ints, sides: Sequence[Side]) -> tuple[Floats, Ints]:
-    """Each triangle (t, 3) in four, new points on curved sides where both ends of an edge are of a triangle there."""
-    edges, number = np.unique(np.sort(ends_of(triangles), axis=1), axis=0, return_inverse=True)
+def refine_surface(points: Floats, triangles: Ints, sides: Sequence[CurvedSide]) -> tuple[Floats, Ints]:
+    """Split each triangle (t, 3) into four, with new points of edges on curved sides moved onto these."""
+    edges, number = np.unique(np.sort(edges_of_triangles(triangles), axis=1), axis=0, return_inverse=True)
     number = number.reshape(-1, 3)
     middles = points[edges].mean(axis=1)
     for side in sides:
@@ -67,8 +69,8 @@ def halves(points: Floats, triangles: Ints, sides: Sequence[Side]) -> tuple[Floa
     return np.concatenate([points, middles]), fine.astype(np.int64)
 
 
-def too_many(count: float, facets: float) -> UnreadableMesh:
-    """Why a surface is not made of about so many triangles of a size, m."""
+def too_many_triangles_error(count: float, facets: float) -> UnreadableMesh:
+    """Return the error for a surface that needs about so many triangles of a size, m."""
     return UnreadableMesh(
         f"its curved sides would be about {count:.1e} triangles of {1e3 * facets:.3g} mm", ENDLESS,
         "use a larger size of the model, of which facets are half, or larger `facets`",
@@ -83,7 +85,7 @@ def _emptied(operation: str) -> str:
 
 
 def _solid(manifold: Any, points: Floats, triangles: Ints) -> Any:
-    """One of them as the library has it. Raises UnreadableMesh where its surface is none that it takes."""
+    """Return a closed surface as a solid of manifold3d. Raises UnreadableMesh if the library refuses it."""
     mesh = manifold.Mesh64(np.ascontiguousarray(points), np.ascontiguousarray(triangles, dtype=np.uint64))
     found = manifold.Manifold(mesh)
     if found.status() != manifold.Error.NoError:

@@ -1,4 +1,4 @@
-"""Bodies made of two others: what both fill, what one leaves of the other, what they have in common."""
+"""Bodies made of two others by union, difference or intersection."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from itertools import product
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.conforming_planes import smallest
-from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, moved
-from softmark.solvers.mesh.surface_bodies import Enclosed, Filled, seen
+from softmark.solvers.mesh.conforming_planes import smallest_size
+from softmark.solvers.mesh.shape import Bounds, Shape, Vector3, add_multiples
+from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody, seen
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.conforming_planes import Cut
-    from softmark.solvers.mesh.files.watertight_repair import Closed
+    from softmark.solvers.mesh.files.watertight_repair import ClosedSurface
     from softmark.solvers.mesh.shape import Surface
     from softmark.solvers.mesh.tetrahedralization import FilledMesh
 
@@ -29,8 +29,8 @@ INSIDE = 1e-6  # of the extent: what is within by less is on the border
 
 
 @dataclass(frozen=True)
-class Combined(Enclosed):
-    """Two bodies `one` and `other`, and what is done with them."""
+class Combined(SurfaceBody):
+    """A body made of two bodies, `one` and `other`, by a Boolean operation."""
 
     operation: ClassVar[Operation]
     gap = "no convex body"
@@ -44,7 +44,7 @@ class Combined(Enclosed):
 
     @property
     def fault(self) -> str:
-        """What is wrong with one of them, or that they do not meet."""
+        """Return an error of one of the two bodies, or that they do not meet."""
         for shape in self.pair:
             if shape.flat:
                 return "a plane region is combined with nothing: it has no volume"
@@ -56,28 +56,28 @@ class Combined(Enclosed):
 
     @property
     def apart(self) -> str:
-        """That the bounds of both have nothing in common, where that leaves no body, or two."""
+        """Return an error if the bounds of both have nothing in common and that leaves no body, or two."""
         one, other = (shape.bounds for shape in self.pair)
-        return _APART[self.operation] if _beside(one, other, self.operation == "union") else ""
+        return _APART[self.operation] if _are_separate(one, other, self.operation == "union") else ""
 
     @property
     def pair(self) -> tuple[Shape, Shape]:
-        """Both."""
+        """The two bodies."""
         return self.one, self.other
 
     @property
     def file(self) -> str:
-        """A file that one of them is read from, "" of none."""
+        """File that one of them is read from; "" if none."""
         files: tuple[str, str] = (self.one.file, self.other.file)
         return files[0] or files[1]
 
     @property
     def bounds(self) -> Bounds | None:
-        """Coordinates that it does not go beyond, m."""
+        """Lower and upper bounds of the coordinates of the body, m."""
         one, other = (shape.bounds for shape in self.pair)
         if one is None or other is None:
             return one if self.operation == "difference" else None
-        if self.operation == "difference" or _beside(one, other, self.operation == "union"):
+        if self.operation == "difference" or _are_separate(one, other, self.operation == "union"):
             return one
         low, high = (min, max) if self.operation == "union" else (max, min)
         ends: list[Any] = [tuple(map(f, one[i], other[i])) for i, f in enumerate((low, high))]
@@ -85,7 +85,7 @@ class Combined(Enclosed):
 
     @property
     def least(self) -> float:
-        """A volume, m^3, that it has at least, as far as can be told without its surface."""
+        """Lower bound of the volume, m^3, that needs no surface."""
         if self.operation == "union":
             return float(max(self.one.least, self.other.least))
         if self.operation == "intersection" or self.other.bounds is None:
@@ -94,7 +94,7 @@ class Combined(Enclosed):
         return float(max(0.0, self.one.least - most))
 
     def contains(self, point: Vector3) -> bool:
-        """Whether it holds a point, give or take 1e-9 of its size; what is on the border of a hole is of the body."""
+        """Return whether the body contains a point, within 1e-9 of its size; the border of a hole belongs to it."""
         if self.operation == "union":
             return any(shape.contains(point) for shape in self.pair)
         if self.operation == "intersection":
@@ -102,34 +102,34 @@ class Combined(Enclosed):
         if not self.one.contains(point):
             return False
         step = INSIDE * self.one.diagonal
-        around = [moved(point, (s * step, e)) for s, e in product((-1.0, 1.0), AXES)]
+        around = [add_multiples(point, (s * step, e)) for s, e in product((-1.0, 1.0), AXES)]
         return not all(self.other.contains(near) for near in around)
 
     def fineness(self, size: float | None) -> float:
-        """Of the facets for cells of a size, m."""
+        """Return the facet size for cells of a size, m."""
         return self.facets or FACETS * (size or USUAL * self.diagonal)
 
-    def closed(self, size: float | None = None) -> Closed:
-        """Its surface, of facets for cells of a size (m). Raises UnreadableMesh."""
-        return _closed(self, stamp(self), self.fineness(size))
+    def closed(self, size: float | None = None) -> ClosedSurface:
+        """Return the surface, with facets for cells of a size (m). Raises UnreadableMesh."""
+        return _closed(self, file_stamp(self), self.fineness(size))
 
-    def halved(self, size: float) -> tuple[Closed, Closed]:
-        """Its surface for cells of a size (m), and with facets of half the size. Raises UnreadableMesh."""
-        here, now = self.fineness(size), stamp(self)
+    def halved(self, size: float) -> tuple[ClosedSurface, ClosedSurface]:
+        """Return the surface for cells of a size (m), and with facets of half the size. Raises UnreadableMesh."""
+        here, now = self.fineness(size), file_stamp(self)
         return _closed(self, now, here), _closed(self, now, here, 1)
 
     def missed(self, size: float) -> float:
-        """Of its volume, what the facets miss, m^3: by such facets halved, which miss a fourth."""
+        """Return the volume that the facets miss, m^3, estimated from halved facets, which miss a fourth of it."""
         coarse, fine = self.halved(size)
         return 4.0 / 3.0 * (fine.volume - coarse.volume)
 
     def filling(self, size: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
-        """Four-node tetrahedra with edges of about `size` (m), less where cuts say so. Raises UnreadableMesh."""
-        least = smallest(size, graded)
-        return _filled(self, stamp(self), self.fineness(least), size, self.near(least), graded)
+        """Return four-node tetrahedra with edges of about `size` (m), smaller at graded cuts. Raises UnreadableMesh."""
+        least = smallest_size(size, graded)
+        return _filled(self, file_stamp(self), self.fineness(least), size, self.near(least), graded)
 
     def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of its surface, outward. Raises UnreadableMesh."""
+        """Return points (n, 3) in m and triangles (t, 3) of the surface, outward. Raises UnreadableMesh."""
         surface = self.closed(size)
         return surface.points, surface.triangles
 
@@ -143,15 +143,15 @@ _APART = {
 
 @dataclass(frozen=True)
 class Union(Combined):
-    """What two bodies fill together, of any shapes, those read from files too; they must meet.
+    """The union of two bodies of any shapes, also those read from files; they must meet.
 
-    Curved sides are made of flat facets, whose size is half that of a model's cells (of the smallest, where they are
-    `finer` somewhere), and the surfaces of both are united exactly (manifold3d, the extra `solids`: `pip install
-    "softmark[solids]"`). What that encloses is filled with
-    tetrahedra by the extra `meshing`, as `filled` says. The report has the volume that the facets miss, and how the
-    mesh stands to its surface. Conditions are asked of the facets, which lie inside a ball and inside a hole: borders
-    along curved sides need room. What a load takes of them is held against the surfaces of the shapes themselves, or of
-    finer facets where one of them is a file's. Three bodies are a union of a union.
+    Curved sides are approximated by flat facets, half the size of a model's cells (of the smallest, if some are
+    `finer`). The two surfaces are united exactly (manifold3d, the extra `solids`: `pip install "softmark[solids]"`).
+    The volume inside is filled with tetrahedra by the extra `meshing`, as for `filled`. The report gives the volume
+    that the facets miss and how the mesh deviates from its surface. Conditions are evaluated on the facets, which lie
+    inside a ball and inside a hole: selections along curved sides need some margin. The area that a load selects is
+    compared with the surfaces of the shapes themselves, or with finer facets if one of them comes from a file. For
+    three bodies write a union of a union.
     """
 
     operation = "union"
@@ -159,9 +159,9 @@ class Union(Combined):
 
 @dataclass(frozen=True)
 class Difference(Combined):
-    """What is left of a body when another is taken away from it, as a hole, a notch or a bore; in one piece.
+    """The rest of a body after another is subtracted from it, as a hole, a notch or a bore; in one piece.
 
-    Facets, extras and what the report says are those of `union`. What lies on the border of the hole is of the body.
+    Facets, extras and report are those of `union`. The border of the hole belongs to the body.
     """
 
     operation = "difference"
@@ -172,16 +172,16 @@ class Difference(Combined):
 
 @dataclass(frozen=True)
 class Intersection(Combined):
-    """What two bodies have in common, in one piece.
+    """The common part of two bodies, in one piece.
 
-    Facets, extras and what the report says are those of `union`.
+    Facets, extras and report are those of `union`.
     """
 
     operation = "intersection"
 
 
-def _beside(one: Bounds | None, other: Bounds | None, touching: bool = False) -> bool:
-    """Whether two bounds are known to have nothing in common; or no face, where bodies may meet in one."""
+def _are_separate(one: Bounds | None, other: Bounds | None, touching: bool = False) -> bool:
+    """Return whether two bounds are known to have nothing in common; with `touching`, also no common face."""
     if one is None or other is None:
         return False
     slack = FLUSH * max(math.dist(*one), math.dist(*other))
@@ -189,17 +189,17 @@ def _beside(one: Bounds | None, other: Bounds | None, touching: bool = False) ->
     return min(common) < -slack or sum(gap <= slack for gap in common) > touching
 
 
-def stamp(shape: Shape) -> Any:
-    """What changes when a file of one of them does."""
+def file_stamp(shape: Shape) -> Any:
+    """Return a value that changes when a file of one of the bodies changes."""
     if isinstance(shape, Combined):
-        return tuple(stamp(own) for own in shape.pair)
+        return tuple(file_stamp(own) for own in shape.pair)
     return seen(shape.file) if shape.file else None
 
 
-def _triangles(shape: Shape, facets: float) -> float:
-    """About how many triangles of a size (m) a surface with curved sides is made of."""
+def _estimate_triangle_count(shape: Shape, facets: float) -> float:
+    """Return the approximate number of triangles of a size (m) on a shape's surface."""
     if isinstance(shape, Combined):
-        return sum(_triangles(own, shape.facets or facets) for own in shape.pair)
+        return sum(_estimate_triangle_count(own, shape.facets or facets) for own in shape.pair)
     if not shape.sides or shape.bounds is None:
         return 0.0
     a, b, c = (high - low for low, high in zip(*shape.bounds, strict=True))
@@ -207,27 +207,27 @@ def _triangles(shape: Shape, facets: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _closed(shape: Combined, files: Any, facets: float, halved: int = 0) -> Closed:
-    from softmark.solvers.mesh.boolean_operations import combined, too_many
+def _closed(shape: Combined, files: Any, facets: float, halved: int = 0) -> ClosedSurface:
+    from softmark.solvers.mesh.boolean_operations import combine_surfaces, too_many_triangles_error
 
-    if (count := _triangles(shape, facets)) > MANY:
-        raise too_many(count, facets)
-    return combined(shape.operation, *(_skin(own, facets, halved) for own in shape.pair))
+    if (count := _estimate_triangle_count(shape, facets)) > MANY:
+        raise too_many_triangles_error(count, facets)
+    return combine_surfaces(shape.operation, *(_faceted_surface(own, facets, halved) for own in shape.pair))
 
 
-def _skin(shape: Shape, facets: float, halved: int) -> Surface:
-    """Points (n, 3), m, and triangles (t, 3) of a surface, halved some times more. Raises UnreadableMesh."""
-    from softmark.solvers.mesh.boolean_operations import halves
+def _faceted_surface(shape: Shape, facets: float, halved: int) -> Surface:
+    """Return points (n, 3), m, and triangles (t, 3) of a surface, refined `halved` more times. Raises UnreadableMesh."""
+    from softmark.solvers.mesh.boolean_operations import refine_surface
 
     if isinstance(shape, Combined):
-        surface = _closed(shape, stamp(shape), shape.facets or facets, halved)
+        surface = _closed(shape, file_stamp(shape), shape.facets or facets, halved)
         return surface.points, surface.triangles
     if not shape.sides:
         return shape.surface(facets if shape.prebuilt or isinstance(shape, Filled) else shape.diagonal)
     times = max(0, int(math.log2(max(1.0, COARSE * shape.diagonal / facets))))
     skin = shape.surface(facets * 2**times)
     for _ in range(times + halved):
-        skin = halves(*skin, shape.sides)
+        skin = refine_surface(*skin, shape.sides)
     return skin
 
 
@@ -235,6 +235,6 @@ def _skin(shape: Shape, facets: float, halved: int) -> Surface:
 def _filled(
     shape: Combined, files: Any, facets: float, size: float, tolerance: float, graded: tuple[Cut, ...]
 ) -> FilledMesh:
-    from softmark.solvers.mesh.tetrahedralization import filled
+    from softmark.solvers.mesh.tetrahedralization import fill_surface
 
-    return filled(_closed(shape, files, facets), size, tolerance, graded)
+    return fill_surface(_closed(shape, files, facets), size, tolerance, graded)

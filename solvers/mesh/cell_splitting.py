@@ -1,6 +1,7 @@
-"""Hexahedra into tetrahedra, and cells of corners alone into cells with nodes between them.
+"""Splitting of hexahedra into tetrahedra, and insertion of midside nodes into cells of corner nodes.
 
-The choice of diagonals is a choice of model: it moves the tip of a bent beam of linear tetrahedra by several per cent.
+The choice of diagonals is a modelling choice: it changes the tip deflection of a beam of linear tetrahedra by several
+per cent.
 """
 
 from __future__ import annotations
@@ -26,10 +27,13 @@ _SIX = np.array([[0, 5, 1, 6], [0, 1, 3, 6], [1, 3, 6, 2], [6, 3, 0, 7], [6, 7, 
 _MIRROR_X, _MIRROR_Z = np.array([1, 0, 3, 2, 5, 4, 7, 6]), np.array([4, 5, 6, 7, 0, 1, 2, 3])
 
 
-def meshed(points: Floats, hexahedra: Ints, colour: Ints, element: type[Element], same: Ints | None = None) -> Mesh:
-    """Cells of an element made of hexahedra (m, 8); diagonals are between points of one colour (n,), 0 or 1.
+def mesh_hexahedra(
+    points: Floats, hexahedra: Ints, colour: Ints, element: type[Element], same: Ints | None = None
+) -> Mesh:
+    """Return a mesh of an element from hexahedra (m, 8); diagonals join points of one colour (n,), 0 or 1.
 
-    `same` (n,) is the point that each point really is, where hexahedra are wedges: cells with one twice are none.
+    `same` (n,) gives the point that each point coincides with if hexahedra are degenerate (wedges); tetrahedra that
+    contain one point twice are dropped.
     """
     even = colour[hexahedra[:, 0]] == 0
     own, other = (hexahedra[:, np.array(part)] for part in element.split)
@@ -39,49 +43,49 @@ def meshed(points: Floats, hexahedra: Ints, colour: Ints, element: type[Element]
         cells = cells.reshape(-1, element.corners).astype(np.int64)
         order = np.sort(cells, axis=1)
         points, cells = points[used], cells[(order[:, 1:] != order[:, :-1]).all(axis=1)]
-    return with_nodes(Mesh(points, positive(points, cells, element), element.linear), element)
+    return add_midside_nodes(Mesh(points, orient_positively(points, cells, element), element.linear), element)
 
 
-def five(mesh: Mesh) -> Mesh:
-    """Five tetrahedra for each hexahedron; neighbours agree on their diagonals. Raises NotTwoColourable."""
-    return meshed(mesh.points, mesh.cells, chessboard(mesh), element_of(Tetrahedron.linear))
+def split_into_five(mesh: Mesh) -> Mesh:
+    """Split each hexahedron into five tetrahedra; neighbours agree on their diagonals. Raises NotTwoColourable."""
+    return mesh_hexahedra(mesh.points, mesh.cells, two_colour_points(mesh), element_of(Tetrahedron.linear))
 
 
-def repeated(mesh: Mesh) -> Mesh:
-    """Five for each hexahedron, cut alike in all by the order of their nodes, whatever the neighbours do."""
-    return _loose(mesh, mesh.cells[:, np.array(Tetrahedron.split[0])].reshape(-1, 4))
+def split_into_five_alike(mesh: Mesh) -> Mesh:
+    """Split each hexahedron into five in the order of its nodes, alike in all; faces of neighbours need not match."""
+    return _mesh_without_matching(mesh, mesh.cells[:, np.array(Tetrahedron.split[0])].reshape(-1, 4))
 
 
-def kuhn(mesh: Mesh) -> Mesh:
-    """Six around the diagonal from corner 0 to corner 6 of each hexahedron (Kuhn 1960), whatever the neighbours do."""
-    return _loose(mesh, mesh.cells[:, _KUHN].reshape(-1, 4))
+def split_into_six_kuhn(mesh: Mesh) -> Mesh:
+    """Split each hexahedron into six around its diagonal from corner 0 to 6 (Kuhn 1960); faces need not match."""
+    return _mesh_without_matching(mesh, mesh.cells[:, _KUHN].reshape(-1, 4))
 
 
-def alternating(mesh: Mesh) -> Mesh:
-    """Six for each hexahedron, mirrored by the parity of its number, as SOFA did in 2008 on a mesh that is no grid.
+def split_into_six_alternating(mesh: Mesh) -> Mesh:
+    """Split each hexahedron into six, mirrored by the parity of its number, as SOFA did in 2008 on unstructured meshes.
 
-    Cell i is mirrored along its first edge where i is even, and along its last where i/2 is odd, as if the mesh were
-    a grid of two by one cells. Faces of neighbours need not match.
+    Cell i is mirrored along its first edge if i is even, and along its last if i/2 is odd, as if the mesh were a grid
+    of two by one cells. Faces of neighbours need not match.
     Source: TetrahedronFEMForceField.inl of SOFA, July 2008.
     """
     hexahedra, number = mesh.cells.copy(), np.arange(len(mesh.cells))
     even, upper = number % 2 == 0, number // 2 % 2 == 1
     hexahedra[even] = hexahedra[even][:, _MIRROR_X]
     hexahedra[upper] = hexahedra[upper][:, _MIRROR_Z]
-    return _loose(mesh, hexahedra[:, _SIX].reshape(-1, 4))
+    return _mesh_without_matching(mesh, hexahedra[:, _SIX].reshape(-1, 4))
 
 
 SPLITS: dict[str, Callable[[Mesh], Mesh]] = {
-    "five": five,
-    "repeated": repeated,
-    "alternating": alternating,
-    "kuhn": kuhn,
+    "five": split_into_five,
+    "repeated": split_into_five_alike,
+    "alternating": split_into_six_alternating,
+    "kuhn": split_into_six_kuhn,
 }
 
 
-def _loose(mesh: Mesh, cells: Ints) -> Mesh:
-    """Tetrahedra of hexahedra; where they do not match, the boundary is that of the hexahedra."""
-    cells = positive(mesh.points, cells, element_of(Tetrahedron.linear))
+def _mesh_without_matching(mesh: Mesh, cells: Ints) -> Mesh:
+    """Return a mesh of tetrahedra made of hexahedra; if faces do not match, the boundary is that of the hexahedra."""
+    cells = orient_positively(mesh.points, cells, element_of(Tetrahedron.linear))
     whole = Mesh(mesh.points, cells)
     if len(whole.facets) == 2 * len(mesh.facets):
         return whole
@@ -95,16 +99,16 @@ def _loose(mesh: Mesh, cells: Ints) -> Mesh:
     return Mesh(mesh.points, cells, skin=np.array(skin, dtype=np.int64))
 
 
-def positive(points: Floats, cells: Ints, element: type[Element]) -> Ints:
-    """Cells of corners alone, turned where the volume is negative."""
+def orient_positively(points: Floats, cells: Ints, element: type[Element]) -> Ints:
+    """Return cells of corner nodes, with those of negative volume reordered."""
     flipped = np.where(Mesh(points, cells, element.linear).volumes < 0)[0]
     cells = cells.copy()
     cells[flipped] = cells[flipped][:, np.array(element_of(element.linear).turned)]
     return cells
 
 
-def chessboard(mesh: Mesh) -> Ints:
-    """A colour 0 or 1 for every point (n,), different at the two ends of every edge. Raises NotTwoColourable."""
+def two_colour_points(mesh: Mesh) -> Ints:
+    """Return a colour 0 or 1 for every point (n,), different at the two ends of every edge. Raises NotTwoColourable."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 
@@ -123,10 +127,10 @@ def chessboard(mesh: Mesh) -> Ints:
     return colour
 
 
-def with_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
-    """The same cells as an element of more nodes, which lie where the cells' own map has them.
+def add_midside_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
+    """Return the same cells as an element of more nodes, placed by the cells' own map.
 
-    Nodes that both have stand first in both.
+    Nodes that both elements have come first in both.
     """
     cells, points, skin = [mesh.cells], [mesh.points], [] if mesh.skin is None else [mesh.skin]
     count, more = len(mesh.points), element.between[mesh.element.nodes - element.corners :]
@@ -138,15 +142,15 @@ def with_nodes(mesh: Mesh, element: type[Element]) -> Mesh:
         cell, place = np.divmod(first, len(some))
         points.append(np.einsum("na,nai->ni", N[some][place], mesh.points[mesh.cells[cell]]))
         cells.append(count + which.reshape(len(mesh.cells), -1))
-        skin += [] if mesh.skin is None else [count + _of_skin(mesh.skin, element, groups)]
+        skin += [] if mesh.skin is None else [count + _is_on_facets(mesh.skin, element, groups)]
         count += len(groups)
     whole = np.concatenate(cells, axis=1).astype(np.int64)
     outer = None if mesh.skin is None else np.concatenate(skin, axis=1)
     return Mesh(np.concatenate(points), whole, element.name, outer, mesh.groups)
 
 
-def _of_skin(skin: Ints, element: type[Element], groups: Ints) -> Ints:
-    """Which of the groups of corners (g, size), in order, lie between the corners of facets (f, k)."""
+def _is_on_facets(skin: Ints, element: type[Element], groups: Ints) -> Ints:
+    """Return which of the groups of corners (g, size), in order, lie between the corners of facets (f, k)."""
     size = groups.shape[1]
     local = np.array([ends for ends in element.facet.between if len(ends) == size], dtype=np.int64).reshape(-1, size)
     sides = np.sort(skin[:, local], axis=2).reshape(-1, size)

@@ -1,6 +1,6 @@
-"""Where a mesh must have nodes: surfaces on which a coordinate of its shape is constant, and the lines of a grid there.
+"""Planes and lines on which a mesh must have nodes: surfaces of constant coordinate, and the grid lines that fit them.
 
-Plain numbers, known without making the mesh.
+They are plain numbers, known without making the mesh.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ THINNEST = 1e-6  # of the span: a layer that is held as a whole may be as thin a
 
 @dataclass(frozen=True)
 class Cut:
-    """A surface on which nodes must lie: where the coordinate `axis` of a shape is `at` (m).
+    """A surface on which nodes must lie: the coordinate `axis` of a shape equals `at` (m) there.
 
-    `thin`: everything between it and the nearest end of the body is held, so that the layer may be as thin as it likes.
-    Of a graded one cells are `finer` by that factor there, and reach their size over `reach` (m), evenly.
-    Of a filled surface that is so where a condition `holds(x, y, z, extent)`, and `axis` is no coordinate.
-    `turn` (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
+    `thin`: everything between it and the nearest end of the body is held, so that the layer may be arbitrarily thin.
+    For a graded cut, cells are `finer` by that factor there, and grow evenly to their usual size over `reach` (m). For
+    a filled surface, they are finer where a condition `holds(x, y, z, extent)`, and `axis` is no coordinate. `turn`
+    (rad) is the direction of the normal of a chord of a disc, from the first transverse axis.
     """
 
     axis: str
@@ -38,27 +38,30 @@ class Cut:
 
     @property
     def graded(self) -> bool:
-        """Whether cells are finer there; nodes need not be."""
+        """True if cells are finer at the cut; nodes need not lie on it."""
         return self.finer > 1.0
 
     def share(self, away: Any, reach: float) -> Any:
-        """Of the usual size so far `away` (m): growing evenly, to one at `reach` (m). Numbers or arrays."""
+        """Return the fraction of the usual size at a distance `away` (m): it grows evenly to 1 at `reach` (m); number
+        or array.
+        """
         least = 1.0 / self.finer
         return least + (1.0 - least) * away / reach
 
 
-def smallest(size: float, cuts: Iterable[Cut]) -> float:
-    """Of cells of a size (m), that of those where they are finer: facets for others would be notches to them."""
+def smallest_size(size: float, cuts: Iterable[Cut]) -> float:
+    """Return the size of the smallest cells (m) for cells of a size (m); larger facets would act as notches."""
     return size / max((cut.finer for cut in cuts), default=1.0)
 
 
-def along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
-    """The cuts of one coordinate."""
+def cuts_along(cuts: Iterable[Cut], axis: str) -> tuple[Cut, ...]:
+    """Return the cuts of one coordinate."""
     return tuple(cut for cut in cuts if cut.axis == axis)
 
 
-def lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[float] | None:
-    """Lines of a grid from `low` to `high` (m) with nodes at the cuts; None where `count` even cells have them all.
+def grid_lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[float] | None:
+    """Return grid lines from `low` to `high` (m) with nodes at the cuts; None if `count` even cells already have them
+    all.
 
     Intervals between cuts are divided into cells of about the even size. A cut too near to another is left out.
     """
@@ -66,7 +69,7 @@ def lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[floa
     each = span / count
     graded = [cut for cut in cuts if cut.graded]
     if graded:
-        return _graded(low, high, each, graded, [cut for cut in cuts if not cut.graded])
+        return _graded_lines(low, high, each, graded, [cut for cut in cuts if not cut.graded])
     inner = [cut for cut in cuts if low + SAME * span < cut.at < high - SAME * span]
     steps = [(cut.at - low) / each for cut in inner]
     if all(abs(step - round(step)) * each <= SAME * span for step in steps):
@@ -79,17 +82,17 @@ def lines(low: float, high: float, count: int, cuts: Sequence[Cut]) -> list[floa
     return found if len(ends) > 2 else None
 
 
-def _graded(low: float, high: float, each: float, graded: Sequence[Cut], cuts: Sequence[Cut]) -> list[float]:
-    """Lines at equal steps of the integral of 1 / size, where `each` (m) is the size far away from all graded cuts.
+def _graded_lines(low: float, high: float, each: float, graded: Sequence[Cut], cuts: Sequence[Cut]) -> list[float]:
+    """Return lines at equal steps of the integral of 1 / size; `each` (m) is the size far away from all graded cuts.
 
-    With half the size there are twice the lines, and every other lies where one was.
+    Half the size gives twice the lines, and every other one lies on an old line.
     """
     span = high - low
     held = [c for c in (*graded, *cuts) if low + SAME * span < c.at < high - SAME * span]
     found = [low]
     for a, b in pairwise(anchors(low, high, each / max(c.finer for c in graded), held)):
         steps = [a + (b - a) * i / SAMPLES for i in range(SAMPLES + 1)]
-        dense = [1.0 / (each * _share(0.5 * (s + t), graded)) for s, t in pairwise(steps)]
+        dense = [1.0 / (each * _size_fraction(0.5 * (s + t), graded)) for s, t in pairwise(steps)]
         total = [0.0, *accumulate(d * (b - a) / SAMPLES for d in dense)]
         n = max(1, round(total[-1]))
         for k in range(1, n):
@@ -99,14 +102,14 @@ def _graded(low: float, high: float, each: float, graded: Sequence[Cut], cuts: S
     return found
 
 
-def _share(at: float, graded: Sequence[Cut]) -> float:
-    """Of the usual size at a place: least at a graded cut, growing evenly away from it."""
+def _size_fraction(at: float, graded: Sequence[Cut]) -> float:
+    """Return the fraction of the usual size at a place: least at a graded cut, growing evenly away from it."""
     found: float = min(1.0, *(c.share(abs(at - c.at), c.reach) for c in graded))
     return found
 
 
 def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[float]:
-    """The ends and the cuts that are far enough from all others, in order."""
+    """Return both ends and the cuts that are far enough from all others, in order."""
     found = [low, high]
     for cut in cuts:
         least = THINNEST * (high - low) if cut.thin else LEAST * each
@@ -115,7 +118,7 @@ def anchors(low: float, high: float, each: float, cuts: Iterable[Cut]) -> list[f
     return sorted(found)
 
 
-def cells(low: float, high: float, count: int, cuts: Sequence[Cut]) -> int:
-    """How many cells that grid has."""
-    found = lines(low, high, count, cuts)
+def count_cells(low: float, high: float, count: int, cuts: Sequence[Cut]) -> int:
+    """Return the number of cells of the grid of `lines`."""
+    found = grid_lines(low, high, count, cuts)
     return count if found is None else len(found) - 1

@@ -1,4 +1,4 @@
-"""Cross-sections without a hole: what `tubes.py` adds has one."""
+"""Solid cross-sections: disc and rectangle (hollow ones are in `tubes.py`)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Circular, Section
+from softmark.solvers.mesh.shape import CircularSection, Section
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +17,7 @@ else:
 
 
 @dataclass(frozen=True)
-class Disc(Circular):
+class Disc(CircularSection):
     """A circular cross-section, radius in m."""
 
     radius: float
@@ -33,21 +33,21 @@ class Disc(Circular):
         return math.pi * self.radius**4 / 4, math.pi * self.radius**4 / 4
 
     def shear_factor(self, poisson: float) -> float:
-        """Cowper (1966): 6 (1 + nu) / (7 + 6 nu)."""
+        """Return the shear correction factor of Cowper (1966): 6 (1 + nu) / (7 + 6 nu)."""
         return 6 * (1 + poisson) / (7 + 6 * poisson)
 
     def samples(self) -> list[tuple[float, float]]:
-        """Points of the section, m: its centre and two rings."""
+        """Sample points of the section, m: its centre and two rings."""
         turns = [2 * math.pi * i / 16 for i in range(16)]
         rings = [(r * math.cos(t), r * math.sin(t)) for r in (0.5 * self.radius, self.radius) for t in turns]
         return [(0.0, 0.0), *rings]
 
     def contains(self, u: float, v: float, slack: float) -> bool:
-        """Whether a point of the section's plane lies within, give or take `slack` (m)."""
+        """Return whether a point of the section's plane lies inside, within `slack` (m)."""
         return math.hypot(u, v) <= self.radius + slack
 
     def outside(self, u: Floats, v: Floats) -> Floats:
-        """How far points of its plane (n,) lie outside (n,), m."""
+        """Return the distances (n,), m, by which points of the section's plane (n,) lie outside."""
         far: Floats = np.maximum(np.hypot(u, v) - self.radius, 0.0)
         return far
 
@@ -61,7 +61,7 @@ class Rectangle(Section):
 
     @property
     def extents(self) -> tuple[float, float]:
-        """Its width and its height, m."""
+        """Width and height, m."""
         return self.width, self.height
 
     @property
@@ -83,26 +83,26 @@ class Rectangle(Section):
         return a**3 * b / 3 * (1 - 192 * a / (math.pi**5 * b) * series)
 
     def shear_factor(self, poisson: float) -> float:
-        """Cowper (1966): 10 (1 + nu) / (12 + 11 nu)."""
+        """Return the shear correction factor of Cowper (1966): 10 (1 + nu) / (12 + 11 nu)."""
         return 10 * (1 + poisson) / (12 + 11 * poisson)
 
     def samples(self) -> list[tuple[float, float]]:
-        """Points of the section, m: a grid with its corners."""
+        """Sample points of the section, m: a grid with its corners."""
         steps = (-0.5, -0.25, 0.0, 0.25, 0.5)
         return [(a * self.width, b * self.height) for a in steps for b in steps]
 
     def contains(self, u: float, v: float, slack: float) -> bool:
-        """Whether a point of the section's plane lies within, give or take `slack` (m)."""
+        """Return whether a point of the section's plane lies inside, within `slack` (m)."""
         return abs(u) <= self.width / 2 + slack and abs(v) <= self.height / 2 + slack
 
     def outside(self, u: Floats, v: Floats) -> Floats:
-        """How far points of its plane (n,) lie outside (n,), m."""
+        """Return the distances (n,), m, by which points of the section's plane (n,) lie outside."""
         sides = np.abs(u) - 0.5 * self.width, np.abs(v) - 0.5 * self.height
         far: Floats = np.hypot(*(np.maximum(side, 0.0) for side in sides))
         return far
 
     def outline(self, around: int) -> Floats:
-        """Points of its border (k, 2), m, as many on each side, counter-clockwise from its lowest corner."""
+        """Return points of the border (k, 2), m, as many on each side, counter-clockwise from its lowest corner."""
         n = around // 4
         t = np.linspace(-0.5, 0.5, n + 1)[:-1]
         half = np.full(n, 0.5)

@@ -1,4 +1,4 @@
-"""Curved sides of shapes: which facets of a mesh stand for them, and where on them a point of such a facet belongs."""
+"""Curved sides of shapes: which mesh facets approximate them, and the projection of points of a facet onto them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.conforming_planes import Cut
-from softmark.solvers.mesh.shape import RoundPrism, Side, Vector3, dot, transverse
+from softmark.solvers.mesh.shape import CurvedSide, RoundPrism, Vector3, dot, transverse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,8 +22,8 @@ ON = 1e-6  # of its size: how far off a side a node of it may be, as another mes
 
 
 @dataclass(frozen=True)
-class Around(Side):
-    """The side of a cylinder: at `radius` around an axis from `origin`, as far as `length`, m."""
+class CylinderSide(CurvedSide):
+    """The side of a cylinder: radius `radius` around an axis from `origin`, of length `length`, m."""
 
     axis: Vector3
     origin: Vector3
@@ -32,11 +32,11 @@ class Around(Side):
 
     @property
     def radii(self) -> tuple[float, float]:
-        """At both ends, m."""
+        """Radii at both ends, m."""
         return self.radius, self.radius
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
         axis, origin = np.array(self.axis), np.array(self.origin)
         along = (corners - origin) @ axis  # (f, k)
         radii = np.linalg.norm(corners - origin - along[..., None] * axis, axis=2)
@@ -46,7 +46,7 @@ class Around(Side):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Points off the axis, moved straight away from it."""
+        """Return points projected radially away from the axis onto it."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         out = (u**2 + v**2) ** -0.5 * self.radius
@@ -55,10 +55,10 @@ class Around(Side):
 
 
 @dataclass(frozen=True)
-class Conical(Side):
-    """The side of a cone: at `first` around an axis at `origin`, at `last` a `length` further on, m; one may be zero.
+class ConeSide(CurvedSide):
+    """The side of a cone around an axis: radius `first` at `origin` and `last` after a `length`, m; one may be zero.
 
-    Points go straight away from the axis.
+    Points are projected straight away from the axis.
     """
 
     axis: Vector3
@@ -69,11 +69,11 @@ class Conical(Side):
 
     @property
     def radii(self) -> tuple[float, float]:
-        """At both ends, m."""
+        """Radii at both ends, m."""
         return self.first, self.last
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
         off, largest = corners - np.array(self.origin), max(self.radii)
         along = off @ np.array(self.axis)  # (f, k)
         away = np.linalg.norm(off - along[..., None] * np.array(self.axis), axis=2)
@@ -85,7 +85,7 @@ class Conical(Side):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Points moved straight away from the axis; the tip stays where it is."""
+        """Return points projected radially away from the axis onto it; the tip stays."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         s, u, v = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         least = (TIP * max(self.radii)) ** 2
@@ -94,26 +94,26 @@ class Conical(Side):
         return tuple(o + s * a + u * out * b + v * out * c for o, a, b, c in frame)
 
 
-def cylinders(prism: RoundPrism, cuts: tuple[Cut, ...]) -> tuple[Around, ...]:
-    """The cylinders around the axis of a prism that cuts of its radius are."""
-    return tuple(Around(prism.axis, prism.origin, prism.length, cut.at) for cut in cuts if cut.axis == "radius")
+def cylinders_of_cuts(prism: RoundPrism, cuts: tuple[Cut, ...]) -> tuple[CylinderSide, ...]:
+    """Return the cylinders around the axis of a prism at its radial cuts."""
+    return tuple(CylinderSide(prism.axis, prism.origin, prism.length, cut.at) for cut in cuts if cut.axis == "radius")
 
 
 @dataclass(frozen=True)
-class Ellipsoidal(Side):
-    """An ellipsoid with its axes along x, y and z: semi-axes and centre, m. Points go straight away from the centre."""
+class EllipsoidSide(CurvedSide):
+    """An ellipsoid with axes along x, y and z: semi-axes and centre, m. Points are projected away from the centre."""
 
     semiaxes: Vector3
     centre: Vector3
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
         unit = np.linalg.norm((corners - np.array(self.centre)) / np.array(self.semiaxes), axis=2)
         found: NDArray[np.bool_] = (np.abs(unit - 1.0) < ON).all(axis=1)
         return found
 
     def onto(self, place: Any) -> Any:
-        """Points off the centre, moved straight away from it."""
+        """Return points projected away from the centre onto it."""
         off = [p - o for p, o in zip(place, self.centre, strict=True)]
         x, y, z = ((p * (1.0 / a)) ** 2 for p, a in zip(off, self.semiaxes, strict=True))
         out = (x + y + z) ** -0.5
@@ -121,10 +121,10 @@ class Ellipsoidal(Side):
 
 
 @dataclass(frozen=True)
-class Toroidal(Side):
+class TorusSide(CurvedSide):
     """The side of a round rod along a circle: at `inner` from a circle of `radius` around an axis through `centre`, m.
 
-    Points go straight away from the circle.
+    Points are projected straight away from the circle.
     """
 
     axis: Vector3
@@ -133,7 +133,7 @@ class Toroidal(Side):
     inner: float
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets (f, k, 3) have all their nodes on it, and not all in one section (f,)."""
+        """Return which facets (f, k, 3) have all their nodes on it, and not all in one section (f,)."""
         off = corners - np.array(self.centre)
         up, x, y = (off @ np.array(e) for e in (self.axis, *transverse(self.axis)))
         away = np.hypot(np.hypot(x, y) - self.radius, up)
@@ -143,7 +143,7 @@ class Toroidal(Side):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Points off the circle and off the axis, moved straight away from the circle."""
+        """Return points (off the circle and the axis) projected away from the circle onto it."""
         off = [p - o for p, o in zip(place, self.centre, strict=True)]
         up, x, y = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
         square = x**2 + y**2

@@ -1,11 +1,11 @@
-"""A body of two shapes that share no node: each is meshed by itself, and only contact or a tie holds them together."""
+"""A body of two shapes that share no node: each has its own mesh, and only contact or a tie connects them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.shape import Bounds, Shape, Side, Vector3
+from softmark.solvers.mesh.shape import Bounds, CurvedSide, Shape, Vector3
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,12 +20,12 @@ else:
 
 @dataclass(frozen=True)
 class Apart(Shape):
-    """Two shapes that are one body in two pieces: they share no node, whether they touch or not.
+    """One body of two separate shapes: they share no node, whether they touch or not.
 
-    Each is meshed by itself, and meshes need not match. `contact c = itself(BODY)` keeps them from passing through each
-    other, `contact c = tied(BODY)` glues them where they lie on each other; without either nothing holds one to the
-    other. `region upper = part(BODY, where = ..., material = ...)` gives one a material of its own. Three shapes are
-    two apart from a third. Both are solids, or both plane regions.
+    Each has its own mesh, and the meshes need not match. `contact c = itself(BODY)` keeps them from penetrating each
+    other, `contact c = tied(BODY)` glues them where they touch; without either, nothing connects them. `region upper =
+    part(BODY, where = ..., material = ...)` gives one its own material. For three shapes, write two apart from a third.
+    Both are solids, or both plane regions.
     """
 
     gap = "in pieces"
@@ -36,17 +36,17 @@ class Apart(Shape):
 
     @property
     def pair(self) -> tuple[Any, Any]:
-        """Both."""
+        """The two shapes."""
         return self.one, self.other
 
     @property
     def flat(self) -> bool:  # type: ignore[override]
-        """Whether they are plane regions; those of files are what the other is."""
+        """True if they are plane regions; a file counts as whatever the other is."""
         return any(bool(shape.flat) for shape in self.pair)
 
     @property
     def fault(self) -> str:
-        """That of one of them, or that one is plane and the other is not."""
+        """Return the error of one of them, or that one is plane and the other is not."""
         found = next((shape.fault for shape in self.pair if shape.fault), "")
         if found or len({shape.flat for shape in self.pair if not shape.prebuilt}) < 2:
             return str(found)
@@ -54,7 +54,7 @@ class Apart(Shape):
 
     @property
     def file(self) -> str:
-        """A file that one of them is read from, "" of none."""
+        """File that one of them is read from; "" if none."""
         files: tuple[str, str] = (self.one.file, self.other.file)
         return files[0] or files[1]
 
@@ -70,24 +70,24 @@ class Apart(Shape):
     @property
     def ends(self) -> tuple[Place, Place]:
         """Lowest and highest x and y of plane regions, m."""
-        (a, b), (c, d) = (_ends(shape) for shape in self.pair)
+        (a, b), (c, d) = (_plane_bounds(shape) for shape in self.pair)
         return (min(a[0], c[0]), min(a[1], c[1])), (max(b[0], d[0]), max(b[1], d[1]))
 
     @property
     def volume(self) -> float | None:
-        """Of both, m^3, where it is known."""
+        """Volume of both, m^3; None if unknown."""
         one, other = (shape.volume for shape in self.pair)
         return None if one is None or other is None else one + other
 
     @property
     def lacks(self) -> str:
-        """Why one of them has no mesh of hexahedra."""
+        """Return why one of them has no mesh of hexahedra."""
         return str(self.one.lacks or self.other.lacks)
 
     @property
-    def sides(self) -> tuple[Side, ...]:
-        """Of both."""
-        found: tuple[Side, ...] = (*self.one.sides, *self.other.sides)
+    def sides(self) -> tuple[CurvedSide, ...]:
+        """Curved sides of both."""
+        found: tuple[CurvedSide, ...] = (*self.one.sides, *self.other.sides)
         return found
 
     @property
@@ -95,21 +95,21 @@ class Apart(Shape):
         return 1.0, self.coarser
 
     def contains(self, point: Vector3) -> bool:
-        """Whether one of them holds a point."""
+        """Return whether one of them contains a point."""
         return any(shape.contains(point) for shape in self.pair)
 
     def slice(self, depth: float) -> Apart:
-        """Of plane regions the slices, so thick (m)."""
-        return Apart(_sliced(self.one, depth), _sliced(self.other, depth), self.coarser)
+        """Return the slices of both plane regions with a thickness (m)."""
+        return Apart(_slice_region(self.one, depth), _slice_region(self.other, depth), self.coarser)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...] | None:
-        """Cells of both along their directions; None where a size does not say."""
+        """Return the number of cells of both along their directions; None if the size does not determine them."""
         both = [shape.counts(by * size) for shape, by in zip(self.pair, self._sizes, strict=True)]
         return None if None in both else (*both[0], *both[1])
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Both meshes, one after the other, uncut. Raises UnknownElement, UnreadableMesh where they overlap."""
-        from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, at, overlap
+        """Return both meshes as one, unconnected. Raises UnknownElement, UnreadableMesh if they overlap."""
+        from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, find_overlap, format_position
         from softmark.solvers.mesh.mesh import Mesh
 
         a, b = (shape.mesh(kind, by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
@@ -118,32 +118,32 @@ class Apart(Shape):
         if a.skin is not None or b.skin is not None:
             skin = np.concatenate([a.facets, b.facets + len(a.points)])
         made = Mesh(points, cells, a.kind, skin)
-        if (found := overlap(made)) is not None:
+        if (found := find_overlap(made)) is not None:
             raise UnreadableMesh(
-                f"the shapes that `apart(...)` is to hold apart overlap: {at(found[0])} lies in both",
+                f"the shapes that `apart(...)` is to hold apart overlap: {format_position(found[0])} lies in both",
                 "E569", "move one of them: matter there would count twice",
             )  # fmt: skip
         return made
 
     def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of both surfaces, outward."""
+        """Return points (n, 3) in m and triangles (t, 3) of both surfaces, outward."""
         (a, s), (b, t) = (shape.surface(by * size) for shape, by in zip(self.pair, self._sizes, strict=True))
         return np.concatenate([a, b]), np.concatenate([s, t + len(a)])
 
 
-def _sliced(region: Any, depth: float) -> Any:
-    """A slice of a region, or of that in a file, so thick, m."""
+def _slice_region(region: Any, depth: float) -> Any:
+    """Return a slice of a region, or of the region in a file, with a thickness, m."""
     if not region.prebuilt:
         return region.slice(depth)
-    from softmark.solvers.mesh.plane_region_files import FlatFile
+    from softmark.solvers.mesh.plane_region_files import FileSlice
 
-    return FlatFile(region, depth)
+    return FileSlice(region, depth)
 
 
-def _ends(region: Any) -> tuple[Place, Place]:
-    """Lowest and highest x and y of a region, m; of a file that cannot be read, which is said elsewhere, none."""
+def _plane_bounds(region: Any) -> tuple[Place, Place]:
+    """Return the lowest and highest x and y of a region, m; nothing for an unreadable file, reported elsewhere."""
     if not region.prebuilt:
         ends: tuple[Place, Place] = region.ends
         return ends
-    (a, b, _), (c, d, _) = _sliced(region, 1.0).bounds or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    (a, b, _), (c, d, _) = _slice_region(region, 1.0).bounds or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     return (a, b), (c, d)

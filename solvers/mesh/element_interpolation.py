@@ -1,4 +1,4 @@
-"""What an element makes of a mesh: gradients at integration points, and places of points within cells."""
+"""Interpolation by finite elements on a mesh: gradients at integration points, and location of points in cells."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements.element import Element
-from softmark.solvers.mesh.bounding_box_grid import holding
+from softmark.solvers.mesh.bounding_box_grid import find_boxes_of_points
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.nearest_points import neighbours
+from softmark.solvers.mesh.nearest_points import build_point_search
 
 Rule = tuple[Floats, Floats]  # local points (q, 3) and weights (q,)
 BESIDE = 1e-9  # barycentric coordinates below zero that rounding explains
@@ -19,9 +19,9 @@ CHUNK = 32  # points whose distances to all cells are held at once
 
 @dataclass(frozen=True)
 class Integration:
-    """dNdX (m, q, a, 3) in 1/m and weights times det J, w (m, q) in m^3, of every cell.
+    """Shape-function gradients dNdX (m, q, a, 3) in 1/m and weights times det J, w (m, q) in m^3, of every cell.
 
-    Shape functions `N` are (q, a) where all cells have the same local points, and else (m, q, a).
+    Shape functions `N` are (q, a) if all cells have the same local points, and else (m, q, a).
     """
 
     dNdX: Floats
@@ -29,20 +29,20 @@ class Integration:
     N: Floats
 
     def at_points(self, nodal: Floats) -> Floats:
-        """Values (m, q) at the points, of values at the nodes of cells (m, a)."""
+        """Return values (m, q) at the integration points from values at the nodes of cells (m, a)."""
         found: Floats = nodal @ self.N.T if self.N.ndim == 2 else np.einsum("mqa,ma->mq", self.N, nodal)
         return found
 
 
-def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
-    """Shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi.
+def integrate_cells(mesh: Mesh, element: type[Element] | None = None, rule: Rule | None = None) -> Integration:
+    """Return shape function gradients with respect to the undeformed position X, by the chain rule through dX/dxi.
 
-    By the element of the mesh and its own quadrature where nothing else is given, found once.
+    By default the mesh's own element and its own quadrature are used, and the result is cached.
     """
     if element is None and rule is None:
-        if integration not in mesh.selections:
-            mesh.selections[integration] = integration(mesh, mesh.element)
-        found: Integration = mesh.selections[integration]
+        if integrate_cells not in mesh.selections:
+            mesh.selections[integrate_cells] = integrate_cells(mesh, mesh.element)
+        found: Integration = mesh.selections[integrate_cells]
         return found
     element = element or mesh.element
     xi, weights = rule or element.quadrature()
@@ -54,15 +54,15 @@ def integration(mesh: Mesh, element: type[Element] | None = None, rule: Rule | N
 
 
 def mean_gradients(mesh: Mesh, revolved: bool = False) -> Integration:
-    """One point for each cell, with the mean over the cell of every gradient, and the volume of the cell.
+    """Return one point for each cell, with the cell mean of every gradient, and the volume of the cell.
 
     The mean gradient is exact for a displacement of constant gradient, as is the gradient at the centre. Its nodal
     forces of a constant stress are int dN_a/dX dV, which the gradient at the centre gives in parallelepipeds only. So
-    cells of any form pass the patch test. Source: Flanagan and Belytschko (1981), "A uniform strain hexahedron and
-    quadrilateral with orthogonal hourglass control". For cells that are `revolved` about the y axis gradients are means
-    over whole rings, and shape functions over the slice.
+    cells of any shape pass the patch test. Source: Flanagan and Belytschko (1981), "A uniform strain hexahedron and
+    quadrilateral with orthogonal hourglass control". For cells that are `revolved` about the y axis, gradients are
+    means over whole rings, and shape functions means over the slice.
     """
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     w, N = parts.w[:, None, :], np.broadcast_to(parts.N, parts.dNdX.shape[:3])
     ring = w * parts.at_points(mesh.points[mesh.cells, 0])[:, None, :] if revolved else w
     each = ring @ parts.dNdX.reshape(*parts.w.shape, -1) / ring.sum(axis=2, keepdims=True)
@@ -74,11 +74,11 @@ KEPT = (4, 64, 50_000)  # sets of points whose places in a mesh are kept: always
 
 
 @dataclass(frozen=True)
-class Located:
-    """Where points lie in a mesh: `nodes` (n, a) of the cell and the shape functions `N` (n, a) there.
+class PointLocations:
+    """Locations of points in a mesh: `nodes` (n, a) of each point's cell and the shape functions `N` (n, a) there.
 
-    `outside` (n,) is about how far, in m, a point lies outside the cell that it was given to: 0 within, and else
-    its distance to the farthest of the face planes that it lies beyond, or to a point of a cell with curved faces.
+    `outside` (n,) is the approximate distance, m, of a point from its cell: 0 inside, else its distance to the farthest
+    of the face planes that it lies beyond, or to a point of a cell with curved faces.
     """
 
     nodes: Ints
@@ -86,31 +86,31 @@ class Located:
     outside: Floats
 
     def interpolate(self, values: Floats) -> Floats:
-        """Values at the points (n, k) from values at the nodes (nodes, k)."""
+        """Return values at the points (n, k) from values at the nodes (nodes, k)."""
         result: Floats = np.einsum("na,nak->nk", self.N, values[self.nodes])
         return result
 
 
-def locate(mesh: Mesh, X: Floats) -> Located:
-    """The cell and the shape functions at each point X (n, 3) of the undeformed body.
+def locate_points(mesh: Mesh, X: Floats) -> PointLocations:
+    """Return the cell and the shape functions at each point X (n, 3) of the undeformed body.
 
-    A point between an inscribed mesh and the curved surface that it approximates is given to the nearest cell
-    and extrapolated linearly, so the caller must look at `outside`. A point on a face that two cells share is given to
-    either. The last sets of points are kept with the mesh: each probe asks for its own many times, in turn.
+    A point between an inscribed mesh and the curved surface that it approximates is assigned to the nearest cell and
+    extrapolated linearly, so the caller must check `outside`. A point on a face shared by two cells is assigned to
+    either. The last sets of points are cached with the mesh, since each probe requests its own repeatedly.
     """
-    kept: list[tuple[Floats, Located]] = mesh.selections.setdefault(locate, [])
+    kept: list[tuple[Floats, PointLocations]] = mesh.selections.setdefault(locate_points, [])
     for number, (own, found) in enumerate(kept):
         if own.shape == X.shape and np.array_equal(own, X):
             kept.insert(0, kept.pop(number))
             return found
     found = _in_tetrahedra(mesh, X) if mesh.element.constant else _in_curved_cells(mesh, X)
-    located(mesh, X, found)
+    cache_locations(mesh, X, found)
     return found
 
 
-def located(mesh: Mesh, X: Floats, found: Located) -> None:
-    """Keep where points X (n, 3) lie in a mesh: found in it, or in a larger one in cells that it has."""
-    kept: list[tuple[Floats, Located]] = mesh.selections.setdefault(locate, [])
+def cache_locations(mesh: Mesh, X: Floats, found: PointLocations) -> None:
+    """Cache the locations of points X (n, 3) in a mesh, found in it or in a larger mesh with the same cells."""
+    kept: list[tuple[Floats, PointLocations]] = mesh.selections.setdefault(locate_points, [])
     kept.insert(0, (X.copy(), found))
     always, most, points = KEPT
     sizes = np.cumsum([len(own) for own, _ in kept])
@@ -120,7 +120,7 @@ def located(mesh: Mesh, X: Floats, found: Located) -> None:
 # ------------------------------------------------------------------ four-node tetrahedra, in closed form
 
 
-def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
+def _in_tetrahedra(mesh: Mesh, X: Floats) -> PointLocations:
     a = mesh.points[mesh.cells[:, 0]]
     inverse = np.linalg.inv(np.stack([mesh.points[mesh.cells[:, i]] - a for i in (1, 2, 3)], axis=2))
     found = _best_cells(mesh, X, a, inverse)
@@ -133,32 +133,32 @@ def _in_tetrahedra(mesh: Mesh, X: Floats) -> Located:
     dN = np.concatenate([-dN.sum(axis=1, keepdims=True), dN], axis=1)
     outside = np.maximum(0.0, (-N / np.linalg.norm(dN, axis=2)).max(axis=1, initial=0.0))  # to the farthest face plane
     outside[outside < 1e-9 * mesh.extent] = 0.0
-    return Located(mesh.cells[found], N, outside)
+    return PointLocations(mesh.cells[found], N, outside)
 
 
 def _barycentric(X: Floats, a: Floats, inverse: Floats, cell: Ints) -> Floats:
-    """Barycentric coordinates (n, 4) of points X (n, 3), each in one cell."""
+    """Return the barycentric coordinates (n, 4) of points X (n, 3), each in one cell."""
     xi = np.einsum("nij,nj->ni", inverse[cell], X - a[cell])
     return np.concatenate([1.0 - xi.sum(axis=1, keepdims=True), xi], axis=1)
 
 
 def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
-    """The cell nearest to each point X (n, 3) that lies in none (n,); of several that are, where X is least far out.
+    """Return the cell nearest to each point X (n, 3) outside the mesh (n,); among equals, the one with X least outside.
 
     The nearest point lies on the boundary, and no farther than the nearest corner there.
     """
     corners = mesh.points[mesh.facets]  # (f, 3, 3)
     middles = corners.mean(axis=1)
     radius = float(np.sqrt(((corners - middles[:, None]) ** 2).sum(axis=2).max()))
-    near = neighbours(mesh.points[np.unique(mesh.facets)], len(X))
+    near = build_point_search(mesh.points[np.unique(mesh.facets)], len(X))
     reach = near.distance(X) + radius
     owners, best = mesh.facet_cells, np.empty(len(X), dtype=np.int64)
-    around = neighbours(middles, len(X))
+    around = build_point_search(middles, len(X))
     for start in range(0, len(X), 64 * CHUNK):
         some = slice(start, start + 64 * CHUNK)
         which, facet = around.within(X[some], reach[some] * (1.0 + 1e-9))
         points, cell = X[some][which], owners[facet]
-        gap = _to_triangles(points, corners[facet])
+        gap = _distance_to_triangles(points, corners[facet])
         least = np.full(len(X[some]), np.inf)
         np.minimum.at(least, which, gap)
         tied = np.flatnonzero(gap <= least[which] + 1e-12 * mesh.extent)
@@ -168,8 +168,8 @@ def _nearest_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
     return best
 
 
-def _to_triangles(X: Floats, corners: Floats) -> Floats:
-    """Distance (p,) of each point X (p, 3) from a triangle (p, 3, 3): from its plane or the nearest of its sides."""
+def _distance_to_triangles(X: Floats, corners: Floats) -> Floats:
+    """Return the distance (p,) of each point X (p, 3) from a triangle (p, 3, 3)."""
     from_corner = X[:, None] - corners  # (p, 3, 3)
     along = np.roll(corners, -1, axis=1) - corners
     part = np.einsum("pki,pki->pk", from_corner, along) / np.einsum("pki,pki->pk", along, along)
@@ -183,13 +183,13 @@ def _to_triangles(X: Floats, corners: Floats) -> Floats:
 
 
 def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
-    """The cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
+    """Return the cell in which the smallest barycentric coordinate of each X (n, 3) is largest (n,).
 
-    Among the cells whose boxes hold the point, which the one that it lies in is one of; a point that none holds is
-    given any.
+    Only cells whose boxes contain the point are considered, which include the cell that contains it; a point in no box
+    is assigned to any cell.
     """
     corners, slack = mesh.points[mesh.cells], 10.0 * BESIDE * mesh.extent
-    which, cell = holding(corners.min(axis=1) - slack, corners.max(axis=1) + slack, X)
+    which, cell = find_boxes_of_points(corners.min(axis=1) - slack, corners.max(axis=1) + slack, X)
     best = np.zeros(len(X), dtype=np.int64)
     least = _barycentric(X[which], a, inverse, cell).min(axis=1, initial=np.inf)
     order = np.lexsort((cell, -least, which))
@@ -201,9 +201,9 @@ def _best_cells(mesh: Mesh, X: Floats, a: Floats, inverse: Floats) -> Ints:
 # ------------------------------------------------------------------ other cells, by Newton's method
 
 
-def _in_curved_cells(mesh: Mesh, X: Floats) -> Located:
-    which, cell = _candidates(mesh, X)
-    xi = _local(mesh, which, X[which], cell)
+def _in_curved_cells(mesh: Mesh, X: Floats) -> PointLocations:
+    which, cell = _candidate_cells(mesh, X)
+    xi = _local_coordinates(mesh, which, X[which], cell)
     element, corners = mesh.element, mesh.points[mesh.cells[cell]]  # (p, a, 3)
     inner = element.clip(xi)
     N = element.shape(inner)
@@ -211,11 +211,13 @@ def _in_curved_cells(mesh: Mesh, X: Floats) -> Located:
     gap[gap < 1e-9 * mesh.extent] = 0.0
     order = np.lexsort((cell, gap, which))
     chosen = order[np.unique(which[order], return_index=True)[1]]
-    return Located(mesh.cells[cell[chosen]], _beyond(mesh, X, cell[chosen], inner[chosen]), gap[chosen])
+    return PointLocations(
+        mesh.cells[cell[chosen]], _extrapolated_shape_functions(mesh, X, cell[chosen], inner[chosen]), gap[chosen]
+    )
 
 
-def _beyond(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
-    """N(xi) + dN/dxi . d, d the rest of the way to X: exact within, linear from the nearest point without (n, a)."""
+def _extrapolated_shape_functions(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
+    """Return N(xi) + dN/dxi . d (n, a), d the remaining way to X: exact inside, linear from the nearest point outside."""
     N, dN = mesh.element.shape(xi), mesh.element.gradient(xi)
     corners = mesh.points[mesh.cells[cell]]
     J = np.einsum("pai,paj->pij", corners, dN)
@@ -224,21 +226,21 @@ def _beyond(mesh: Mesh, X: Floats, cell: Ints, xi: Floats) -> Floats:
     return values
 
 
-def _candidates(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, Ints]:
-    """Pairs of a point and a cell (p,) each: the cells whose boxes hold the point, or else the nearest boxes."""
+def _candidate_cells(mesh: Mesh, X: Floats, nearest: int = 12) -> tuple[Ints, Ints]:
+    """Return pairs of a point and a cell (p,) each: cells whose boxes contain the point, or else the nearest boxes."""
     corners = mesh.points[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     # an edge of a curved cell can leave the box of its nodes
     slack = 0.05 * (high - low).max(axis=1, keepdims=True)
     low, high = low - slack, high + slack
-    which, cells = holding(low, high, X)
+    which, cells = find_boxes_of_points(low, high, X)
     lost = np.setdiff1d(np.arange(len(X)), which)
     point, near = _nearest_boxes(low, high, X[lost], min(nearest, len(low)))
     return np.concatenate([which, lost[point]]), np.concatenate([cells, near])
 
 
 def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[Ints, Ints]:
-    """Pairs of a point X (n, 3) and each of so many boxes that are nearest to it (n count,) each."""
+    """Return pairs of a point X (n, 3) and each of the `count` boxes nearest to it (n count,) each."""
     bounds = [(np.ascontiguousarray(low[:, i]), np.ascontiguousarray(high[:, i])) for i in range(3)]
     found = np.zeros((len(X), count), dtype=np.int64)
     for start in range(0, len(X), CHUNK):
@@ -250,11 +252,11 @@ def _nearest_boxes(low: Floats, high: Floats, X: Floats, count: int) -> tuple[In
     return np.repeat(np.arange(len(X)), count), found.ravel()
 
 
-def _local(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
-    """Local points xi (p, 3) of X (p, 3) in cells, or of what is nearest to them there: projected Newton steps.
+def _local_coordinates(mesh: Mesh, which: Ints, X: Floats, cell: Ints) -> Floats:
+    """Return local points xi (p, 3) of X (p, 3) in cells, or the nearest points there, by projected Newton steps.
 
-    Each pair of a point and a cell is left alone once it does not move, and where it strives out of its cell as soon
-    as another cell holds the point, whose number is `which` (p,).
+    A pair of a point and a cell is finished once it no longer moves, or when it leaves its cell and another cell
+    contains the point, whose number is `which` (p,).
     """
     element = mesh.element
     result = np.tile(np.array(element.centre), (len(X), 1))

@@ -1,4 +1,4 @@
-"""Bowls: the wall between two ellipsoids about one axis, cut off straight across it, as models of ventricles are."""
+"""Truncated ellipsoidal shells: the wall between two ellipsoids about one axis, as in models of heart ventricles."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.conforming_planes import Cut
-from softmark.solvers.mesh.plane_regions import Elliptic, Flat, Place
-from softmark.solvers.mesh.shape import Bounds, Shape, Side, Vector3, dot, moved, placed
+from softmark.solvers.mesh.plane_regions import EllipticCylinderSide, Place, PlaneRegion
+from softmark.solvers.mesh.shape import Bounds, CurvedSide, Shape, Vector3, add_multiples, dot, place_mesh
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,12 +23,12 @@ NEAR = 1e-9  # of its size: what lies so near to a bowl is of it
 
 
 @dataclass(frozen=True)
-class Wall:
-    """What lies between two ellipsoids about an axis, below where it is cut off; both have one centre.
+class EllipsoidalWall:
+    """The region between two concentric ellipsoids about an axis, truncated at the top.
 
-    A point has a depth s, 0 inside and 1 outside, which tells the ellipsoid that it lies on, with semi-axes in
-    proportion, and an angle from the tip of that below, in proportion to t (tip + (1 - tip) t): 0 at the tip and 1 at
-    the rim, where cells are 2 - tip times as long as without.
+    A point has a depth s, 0 inside and 1 outside, which selects an ellipsoid with proportional semi-axes, and an angle
+    from the tip of that ellipsoid, proportional to t (tip + (1 - tip) t): 0 at the tip and 1 at the rim, where cells
+    are 2 - tip times as long as by default.
     """
 
     inner: Annotated[float, "m in (0, inf)", "semi-axis of the inner ellipsoid across the axis"]
@@ -41,7 +41,7 @@ class Wall:
 
     @property
     def fault(self) -> str:
-        """A wall that is not there."""
+        """Return an error if the wall is empty."""
         if not (self.inner < self.outer and self.inner_along < self.outer_along):
             return "its inner ellipsoid must be smaller than its outer one, across the axis and along it"
         if not -self.inner_along < self.rim < self.inner_along:
@@ -49,7 +49,7 @@ class Wall:
         return ""
 
     def _at(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Distance from the axis and place along it, m, of numbers or arrays."""
+        """Return the distance from the axis and the position along it, m, for numbers or arrays."""
         a = self.inner + s * (self.outer - self.inner)
         b = self.inner_along + s * (self.outer_along - self.inner_along)
         turn = t * (self.tip + (1.0 - self.tip) * t) * np.arccos(-self.rim / b)
@@ -57,13 +57,13 @@ class Wall:
 
     @property
     def _sizes(self) -> tuple[float, float]:
-        """The wall at its thickest, and more than the way from the tip to the rim, m."""
+        """Return the largest thickness of the wall, and a bound of the distance from tip to rim, m."""
         turn = math.acos(-self.rim / self.outer_along)
         wall = max(self.outer - self.inner, self.outer_along - self.inner_along)
         return wall, turn * max(self.outer, self.outer_along)
 
     def _between(self, r: float, z: float, slack: float) -> bool:
-        """Whether a point at a distance from the axis is within, give or take `slack` (m)."""
+        """Return whether a point at a distance from the axis lies in the wall, within `slack` (m)."""
         out = math.hypot(r / self.inner, z / self.inner_along) - 1.0
         off = math.hypot(r / self.outer, z / self.outer_along) - 1.0
         least = min(self.inner, self.inner_along)
@@ -71,26 +71,27 @@ class Wall:
 
     @property
     def _widest(self) -> float:
-        """The largest distance from the axis, m."""
+        """Largest distance from the axis, m."""
         return self.outer * (1.0 if self.rim >= 0.0 else math.sqrt(1.0 - (self.rim / self.outer_along) ** 2))
 
 
 @dataclass(frozen=True)
-class BowlSection(Wall, Flat):
-    """Half the section of a bowl along its axis, which is the y axis: what `axisymmetric` turns into the bowl.
+class BowlSection(EllipsoidalWall, PlaneRegion):
+    """Half the axial section of a truncated ellipsoidal shell about the y axis; `axisymmetric` revolves it to the
+    shell.
 
     It lies where x >= 0, between two ellipses around the origin, below y = `rim`. Cells go from one ellipse to the
-    other, and all nodes of curved sides lie on them. `size` is that of cells where they are largest, with `tip = 1`;
-    with less they are shorter about the tip, and as much longer about the rim.
+    other, and all nodes of curved sides lie on them. `size` is the largest cell size, with `tip = 1`; with less, cells
+    are shorter near the tip, and correspondingly longer near the rim.
     """
 
     def _divided(self, size: float) -> tuple[int, int]:
-        """Cells of a size (m) through the wall and along it."""
+        """Return the number of cells of a size (m) through the wall and along it."""
         through, along = super()._divided(size)
         return self.layers or through, along
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """s goes out through the wall, t from the tip to the rim."""
+        """Return the point at s through the wall, outward, and t from the tip to the rim."""
         x, y = self._at(s, t)
         return x * (t > 0), np.where(t < 1, y, self.rim)  # on the axis and on the rim, exactly
 
@@ -105,7 +106,7 @@ class BowlSection(Wall, Flat):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """The wall at its thickest, and more than the way from the tip to the rim, m."""
+        """Largest thickness of the wall, and a bound of the distance from tip to rim, m."""
         return self._sizes
 
     @property
@@ -114,24 +115,23 @@ class BowlSection(Wall, Flat):
         return (0.0, -self.outer_along), (self._widest, self.rim)
 
     def within(self, x: float, y: float, slack: float) -> bool:
-        """Between the ellipses and below the rim, give or take `slack` (m)."""
+        """Return whether a point lies between the ellipses and below the rim, within `slack` (m)."""
         return x >= -slack and self._between(x, y, slack)
 
     @property
-    def sides(self) -> tuple[Side, ...]:
-        """The outer and the inner ellipse."""
-        return Elliptic(self.outer, self.outer_along), Elliptic(self.inner, self.inner_along)
+    def sides(self) -> tuple[CurvedSide, ...]:
+        """Outer and inner ellipse."""
+        return EllipticCylinderSide(self.outer, self.outer_along), EllipticCylinderSide(self.inner, self.inner_along)
 
 
 @dataclass(frozen=True)
-class Bowl(Wall, Shape):
-    """The wall between two ellipsoids about one axis, closed below and cut off straight above: a ventricle.
+class Bowl(EllipsoidalWall, Shape):
+    """The wall between two ellipsoids about one axis, closed at the bottom and truncated at the top: a ventricle.
 
-    `axis` points from the tip to the rim. Meshed with layers of hexahedra over a disc that is laid around the tip, or
-    with tetrahedra made of them; nodes of curved sides lie on them, so that a coarse mesh of linear elements holds
-    less volume (the report says how much). `size` is that of cells where they are largest, with `tip = 1`; with less
-    they are shorter about the tip, where fibres that wind around the axis come together, and as much longer about the
-    rim.
+    `axis` points from the tip to the rim. It is meshed with layers of hexahedra over a disc around the tip, or with
+    tetrahedra made of them. Nodes of curved sides lie on them, so that a coarse mesh of linear elements has less volume
+    (the report says how much). `size` is the largest cell size, with `tip = 1`; with less, cells are shorter near the
+    tip, where fibres that wind around the axis converge, and correspondingly longer near the rim.
     """
 
     axis: Annotated[Vector3, "direction", "of the axis, from the tip to the rim"] = (0.0, 0.0, 1.0)
@@ -160,28 +160,32 @@ class Bowl(Wall, Shape):
         return math.pi * a * a * (self.rim + b - (self.rim**3 + b**3) / (3.0 * b * b))
 
     def contains(self, point: Vector3) -> bool:
-        """Whether it holds a point, give or take 1e-9 of its size."""
+        """Return whether the shell contains a point, within 1e-9 of its size."""
         off = [p - o for p, o in zip(point, self.origin, strict=True)]
         z = float(dot(off, self.axis))
-        r = math.dist(off, moved((0.0, 0.0, 0.0), (z, self.axis)))
+        r = math.dist(off, add_multiples((0.0, 0.0, 0.0), (z, self.axis)))
         return self._between(r, z, NEAR * self.diagonal)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along the square's side over the tip, across its rings, through the wall."""
-        from softmark.solvers.mesh.cell_counts import divisions, of_disc
+        """Return cell counts of a mesh of a size (m): along the square's side over the tip, across its rings, through
+        the wall.
+        """
+        from softmark.solvers.mesh.cell_counts import count_disc_cells, count_divisions
 
         wall, way = self._sizes
-        return *of_disc(way, size), self.layers or divisions(wall, size)
+        return *count_disc_cells(way, size), self.layers or count_divisions(wall, size)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
-        from softmark.solvers.mesh.curved_boundary import Around
+        """Return a mesh of an element with edges of about `size` (m). Raises UnknownElement."""
+        from softmark.solvers.mesh.curved_boundary import CylinderSide
         from softmark.solvers.mesh.mesh import Mesh
-        from softmark.solvers.mesh.structured_meshes import disc, rounded, solid
+        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion
 
         wall, way = self._sizes
-        flat = solid(disc(way, size), wall, wall / self.layers if self.layers else size, kind)
-        flat = rounded(flat, (Around((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),))  # so that the rim is flat
+        flat = mesh_extrusion(mesh_disc(way, size), wall, wall / self.layers if self.layers else size, kind)
+        flat = curve_sides(
+            flat, (CylinderSide((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), wall, way),)
+        )  # so that the rim is flat
         u, v, s = flat.points.T
         far = np.hypot(u, v)
         on = np.where(far > 0.0, far, 1.0)
@@ -189,20 +193,20 @@ class Bowl(Wall, Shape):
         r, z = self._at(s / wall, t)
         z = np.where(t == 1.0, self.rim, z)
         points = np.stack([r * u / on, -r * v / on, z], axis=1)  # mirrored: the wall goes outward, which is down
-        return placed(Mesh(np.ascontiguousarray(points), flat.cells, flat.kind), self.axis, self.origin)
+        return place_mesh(Mesh(np.ascontiguousarray(points), flat.cells, flat.kind), self.axis, self.origin)
 
     @property
-    def sides(self) -> tuple[Side, ...]:
-        """The outer and the inner ellipsoid."""
+    def sides(self) -> tuple[CurvedSide, ...]:
+        """Outer and inner ellipsoid."""
         return tuple(
-            Domed(self.axis, self.origin, a, b)
+            SpheroidSide(self.axis, self.origin, a, b)
             for a, b in ((self.outer, self.outer_along), (self.inner, self.inner_along))
         )
 
 
 @dataclass(frozen=True)
-class Domed(Side):
-    """An ellipsoid about an axis: semi-axes across and along it, m. Points go straight away from its centre."""
+class SpheroidSide(CurvedSide):
+    """An ellipsoid about an axis: semi-axes across and along it, m. Points are projected away from its centre."""
 
     axis: Vector3
     origin: Vector3
@@ -210,7 +214,7 @@ class Domed(Side):
     along: float
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
         Y = corners - np.array(self.origin)
         z = Y @ np.array(self.axis)
         r = np.linalg.norm(Y - z[..., None] * np.array(self.axis), axis=2)
@@ -218,7 +222,7 @@ class Domed(Side):
         return found
 
     def onto(self, place: Any) -> Any:
-        """Points off the centre, moved straight away from it."""
+        """Return points projected away from the centre onto it."""
         off = [p - o for p, o in zip(place, self.origin, strict=True)]
         z = dot(off, self.axis)
         square = sum(c * c for c in off) - z * z

@@ -1,4 +1,4 @@
-"""Networks: straight members between points, each with a section, rigidly joined where they share a point."""
+"""Frames: straight members between points, each with a section, rigidly connected where they share a point."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from softmark.records import dataclass
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
-from softmark.solvers.mesh.shape import Prism, Shape, Vector3, cross, dot, moved, transverse
+from softmark.solvers.mesh.shape import Prism, Shape, Vector3, add_multiples, cross, dot, transverse
 from softmark.solvers.mesh.tubes import Annulus
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ ALONG = 1e-6  # of a direction: less of it across a member says no second axis o
 class Member(Prism):
     """A straight member from one point to another; its section's second axis is `up`, made normal to it.
 
-    `ends` are its sections at both; between them extents go linearly. `section` is that of which nothing is larger.
+    `ends` are the sections at both points; extents vary linearly between them. `section` encloses all of them.
     """
 
     begin: Vector3
@@ -39,12 +39,12 @@ class Member(Prism):
 
     @property
     def root(self) -> Vector3:
-        """Where its axis starts, m."""
+        """Start of the axis, m."""
         return self.begin
 
     @property
     def length(self) -> float:
-        """Along the axis, m."""
+        """Length along the axis, m."""
         return math.dist(self.begin, self.end)
 
     @property
@@ -55,28 +55,28 @@ class Member(Prism):
 
     @property
     def tapered(self) -> bool:
-        """Whether its sections differ."""
+        """True if its end sections differ."""
         return self.ends[0] != self.ends[1]
 
     @cached_property
     def section(self) -> Section:
-        """One that holds all of its sections: that of an even member."""
-        return self.ends[0] if not self.tapered else largest(*self.ends)
+        """Section that encloses all sections; the section itself for a uniform member."""
+        return self.ends[0] if not self.tapered else enclosing_section(*self.ends)
 
     def section_at(self, station: float) -> Section:
-        """The cross-section at a station, m from its first point."""
+        """Return the cross-section at a station, m from its first point."""
         t = min(max(station / self.length, 0.0), 1.0)
-        return self.ends[0] if not self.tapered else between(*self.ends, t)
+        return self.ends[0] if not self.tapered else interpolate_sections(*self.ends, t)
 
     @property
     def slope(self) -> float:
-        """How fast half of its widest extent grows or shrinks along the axis."""
+        """Rate at which half of the widest extent changes along the axis."""
         apart = (abs(a - b) for a, b in zip(*(section.extents for section in self.ends), strict=True))
         return float(0.5 * max(apart) / self.length)
 
     @cached_property
     def volume(self) -> float:
-        """Exactly, m^3, as areas go with the square of a length (Simpson)."""
+        """Exact volume, m^3, by Simpson's rule (areas are quadratic along the axis)."""
         a, b, c = (self.section_at(t * self.length).area for t in (0.0, 0.5, 1.0))
         return self.length * (a + 4.0 * b + c) / 6.0
 
@@ -91,11 +91,11 @@ class Member(Prism):
         return axis, first, cross(axis, first)
 
     def frame(self, station: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Unit vectors of all its sections: along the axis, across `up`, and along it."""
+        """Return the unit vectors of all sections: along the axis, normal to `up`, and along `up`."""
         return self._frame
 
     def slab(self, first: float, last: float) -> Bounds:
-        """The lowest and highest coordinates of all between two stations, m: those of one of the two sections."""
+        """Return the lowest and highest coordinates of the part between two stations, m, attained at one of its ends."""
         low, high = [0.0] * 3, [0.0] * 3
         ends = [(self.centre(s), self.section_at(s)) for s in (first, last)]
         for i, (a, b) in enumerate(zip(*self._frame[1:], strict=True)):
@@ -105,29 +105,29 @@ class Member(Prism):
 
 
 @lru_cache(maxsize=64)
-def tapering(root: Vector3, axis: Vector3, length: float, first: Section, last: Section) -> Member:
-    """What goes from one section to another along an axis, whose sections lie along `transverse(axis)`."""
-    return Member(root, moved(root, (length, axis)), (first, last), transverse(axis)[1])
+def tapered_member(root: Vector3, axis: Vector3, length: float, first: Section, last: Section) -> Member:
+    """Return a member between two sections along an axis, oriented by `transverse(axis)`."""
+    return Member(root, add_multiples(root, (length, axis)), (first, last), transverse(axis)[1])
 
 
-def between(one: Section, other: Section, t: float) -> Section:
-    """The section at a part of the way from one to another of its kind. Raises TypeError for other kinds."""
+def interpolate_sections(one: Section, other: Section, t: float) -> Section:
+    """Return the section at a fraction of the way from one to another of its kind. Raises TypeError for other kinds."""
     match one, other:
         case Disc(), Disc():
-            return Disc(_way(one.radius, other.radius, t))
+            return Disc(_interpolate(one.radius, other.radius, t))
         case Annulus(), Annulus():
-            return Annulus(_way(one.radius, other.radius, t), _way(one.inner, other.inner, t))
+            return Annulus(_interpolate(one.radius, other.radius, t), _interpolate(one.inner, other.inner, t))
         case Rectangle(), Rectangle():
-            return Rectangle(_way(one.width, other.width, t), _way(one.height, other.height, t))
+            return Rectangle(_interpolate(one.width, other.width, t), _interpolate(one.height, other.height, t))
     raise TypeError(f"there is nothing between a {type(one).__name__} and a {type(other).__name__}")
 
 
-def _way(a: float, b: float, t: float) -> float:
+def _interpolate(a: float, b: float, t: float) -> float:
     return a + t * (b - a)
 
 
-def largest(one: Section, other: Section) -> Section:
-    """A section that holds two of one kind: the larger extents, and the smaller hollow. Raises TypeError."""
+def enclosing_section(one: Section, other: Section) -> Section:
+    """Return a section that encloses two of one kind: larger extents, smaller hollow. Raises TypeError."""
     match one, other:
         case Disc(), Disc():
             return Disc(max(one.radius, other.radius))
@@ -140,9 +140,10 @@ def largest(one: Section, other: Section) -> Section:
 
 @dataclass(frozen=True)
 class Network(Shape):
-    """Members by pairs of points, counted from 1; measures of sections for all members, or for each, m.
+    """A frame: members by pairs of points, counted from 1; section dimensions for all members, or for each, m.
 
-    What begins with `end_` is at the second point of members; a height without `end_height` stays as it is, and so on.
+    Dimensions that begin with `end_` are at the second point of members; without `end_height` a height is constant, and
+    so on.
     """
 
     points: tuple[Vector3, ...]
@@ -162,10 +163,10 @@ class Network(Shape):
 
     @cached_property
     def fault(self) -> str:
-        """What of its points, members and sections does not go together."""
-        return self._of_sections() or self._of_members() or self._of_points()
+        """Return an inconsistency of its points, members and sections."""
+        return self._section_fault() or self._member_fault() or self._point_fault()
 
-    def _of_sections(self) -> str:
+    def _section_fault(self) -> str:
         if (self.radius is None) == (self.side is None):
             return "it needs a `radius`, of round sections, or a `side`, of rectangular ones"
         if self.inner is not None and self.radius is None:
@@ -190,7 +191,7 @@ class Network(Shape):
             return "`inner`, the radius of the hollow, must be less than `radius`"
         return ""
 
-    def _of_members(self) -> str:
+    def _member_fault(self) -> str:
         known: dict[frozenset[int], int] = {}
         for number, pair in enumerate(self.pairs, start=1):
             beyond = next((n for n in pair if not 1 <= n <= len(self.points)), None)
@@ -202,7 +203,7 @@ class Network(Shape):
                 return f"members {other} and {number} join the same two points"
         return ""
 
-    def _of_points(self) -> str:
+    def _point_fault(self) -> str:
         order = sorted(range(len(self.points)), key=lambda i: self.points[i])
         size = math.dist(*_ends(self.points))
         for place, i in enumerate(order):
@@ -211,15 +212,15 @@ class Network(Shape):
                     break
                 if math.dist(self.points[i], self.points[j]) <= NEAR * size:
                     return f"points {min(i, j) + 1} and {max(i, j) + 1} are one: members join where they share a point"
-        joined = self._joined()
+        joined = self._connected_points()
         loose = next((i for i in range(len(self.points)) if i not in joined), None)
         if loose is None:
             return ""
         used = any(loose + 1 in pair for pair in self.pairs)
         return f"point {loose + 1} {'is not joined to point 1 by members' if used else 'is of no member'}"
 
-    def _joined(self) -> set[int]:
-        """The points that members lead to from the first (from 0)."""
+    def _connected_points(self) -> set[int]:
+        """Return the points (from 0) that members connect with the first."""
         beside: dict[int, list[int]] = {}
         for a, b in self.pairs:
             beside.setdefault(a - 1, []).append(b - 1)
@@ -233,44 +234,44 @@ class Network(Shape):
 
     @cached_property
     def members(self) -> tuple[Member, ...]:
-        """Its members in order."""
+        """Members in order."""
         ends = [(self.points[a - 1], self.points[b - 1]) for a, b in self.pairs]
         return tuple(Member(*pair, self._sections(i), self.up) for i, pair in enumerate(ends))
 
     def _sections(self, i: int) -> tuple[Section, Section]:
-        """Of a member, at its first point and at its second."""
+        """Return a member's sections at its first and second point."""
         first, last = zip(*(self._of(i, name) for name in MEASURES), strict=True)
         return _section(*first), _section(*last)
 
     def _of(self, i: int, name: str) -> tuple[float | None, float | None]:
-        """A measure of a member at its first point and at its second, m: without another one the same."""
+        """Return a dimension of a member at its first and second point, m; equal if only one is given."""
         first, last = getattr(self, name), getattr(self, f"end_{name}")
         return _one(first, i), _one(first if last is None else last, i)
 
     def run(self, number: int) -> tuple[list[int], list[int]]:
-        """The members that go on straight with one, of its section, itself among them, and the ends of the whole run.
+        """Return the straight run of equal members that contains a member, and the end points of the run.
 
-        Members are from 0, points from 1.
+        Members are counted from 0, points from 1.
         """
         found, ends = [number], []
         for start in self.pairs[number]:
             member, point = number, start
-            while (after := self._onward(member, point)) is not None and after not in found:
+            while (after := self._straight_continuation(member, point)) is not None and after not in found:
                 found.append(after)
                 member, point = after, next(p for p in self.pairs[after] if p != point)
             ends.append(point)
         return found, ends
 
     def at(self, point: int) -> list[int]:
-        """The members that end at a point, from 0; the point is from 1."""
+        """Return the members (from 0) that end at a point (from 1)."""
         return [i for i, pair in enumerate(self.pairs) if point in pair]
 
     def _end(self, number: int, point: int) -> Section:
-        """The section of a member, from 0, at one of its points, from 1."""
+        """Return the section of a member (from 0) at one of its points (from 1)."""
         return self.members[number].ends[self.pairs[number].index(point)]
 
-    def _onward(self, number: int, point: int) -> int | None:
-        """The member that goes on straight beyond a point at which no other ends, of the same section."""
+    def _straight_continuation(self, number: int, point: int) -> int | None:
+        """Return the only other member at a point if it continues straight with the same section; else None."""
         here = self.at(point)
         other = next((i for i in here if i != number), None)
         if len(here) != 2 or other is None or self._end(other, point) != self._end(number, point):
@@ -279,7 +280,7 @@ class Network(Shape):
         return other if math.hypot(*cross(one.axis, two.axis)) <= ALONG else None
 
     def crossing(self) -> tuple[int, int] | None:
-        """The first two members, from 1, whose axes meet where they share no point, or lie on each other; else None."""
+        """Return the first two members, from 1, whose axes meet without a shared point, or overlap; else None."""
         near = CROSSED * self.diagonal
         spans = [sorted((m.begin[0], m.end[0])) for m in self.members]
         order = sorted(range(len(spans)), key=lambda i: spans[i][0])
@@ -288,12 +289,12 @@ class Network(Shape):
                 if spans[j][0] > spans[i][1] + near:
                     break
                 shared = set(self.pairs[i]) & set(self.pairs[j])
-                if self._along(i, j, near) if shared else _apart(self.members[i], self.members[j]) <= near:
+                if self._along(i, j, near) if shared else _axis_distance(self.members[i], self.members[j]) <= near:
                     return min(i, j) + 1, max(i, j) + 1
         return None
 
     def _along(self, i: int, j: int, near: float) -> bool:
-        """Whether the end that one of two members has for itself is on the axis of the other, within near, m."""
+        """Return whether the unshared end of one of two members lies on the other's axis, within `near`, m."""
         for one, other in ((i, j), (j, i)):
             end = next(n for n in self.pairs[one] if n not in self.pairs[other])
             s, u, v = self.members[other].own(self.points[end - 1])
@@ -310,30 +311,30 @@ class Network(Shape):
 
     @property
     def volume(self) -> float:
-        """Of all members, m^3: what they share at joints counts for each, as in the theory of frames."""
+        """Volume of all members, m^3; joints count for each member, as in frame theory."""
         return sum(member.volume for member in self.members)
 
     def contains(self, point: Vector3) -> bool:
-        """Whether a member holds a point, give or take 1e-9 of its length."""
+        """Return whether a member contains a point, within 1e-9 of its length."""
         return any(member.contains(point) for member in self.members)
 
     def hollow_at(self, point: Vector3) -> bool:
-        """Whether a point is on the axis of a member with a hole, and in none."""
+        """Return whether a point lies on the axis of a hollow member, and in no other member."""
         return any(member.hollow_at(point) for member in self.members)
 
     def nearest(self, X: Floats) -> Floats:
-        """The member that each point X (n, 3), m, is in or nearest to (n,), from 0."""
-        found = np.array([_outside(member, X) for member in self.members])
+        """Return the member, from 0, that contains or is nearest to each point X (n, 3), m, (n,)."""
+        found = np.array([_distance_outside(member, X) for member in self.members])
         best: Floats = np.argmin(found, axis=0)
         return best
 
     def surface(self, size: float) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of the surfaces of its members, outward; they pass each other."""
-        from softmark.solvers.mesh.shape_surfaces import skin_of
+        """Return points (n, 3) in m and triangles (t, 3) of the members' surfaces, outward; they intersect."""
+        from softmark.solvers.mesh.shape_surfaces import triangulate_swept
 
         points, triangles, count = [], [], 0
         for member in self.members:
-            X, t = skin_of(member, 16, max(2, min(48, round(member.length / size))))
+            X, t = triangulate_swept(member, 16, max(2, min(48, round(member.length / size))))
             points.append(X)
             triangles.append(t + count)
             count += len(X)
@@ -356,16 +357,16 @@ def _ends(points: tuple[Vector3, ...] | list[Vector3]) -> Bounds:
     return (min(x), min(y), min(z)), (max(x), max(y), max(z))
 
 
-def _outside(member: Member, X: Floats) -> Floats:
-    """How far outside of a member points X (n, 3) lie (n,), m, with a little of how far from its axis."""
+def _distance_outside(member: Member, X: Floats) -> Floats:
+    """Return how far points X (n, 3) lie outside a member (n,), m, plus a little for the distance from its axis."""
     s, u, v = member.coordinates(X)
     along = np.maximum(np.maximum(-s, s - member.length), 0.0)
     found: Floats = np.hypot(along, member.section.outside(u, v)) + 1e-6 * np.hypot(along, np.hypot(u, v))
     return found
 
 
-def _apart(one: Member, other: Member) -> float:
-    """The distance between the axes of two members, m."""
+def _axis_distance(one: Member, other: Member) -> float:
+    """Return the distance between the axes of two members, m."""
     d1, d2 = ([q - p for p, q in zip(m.begin, m.end, strict=True)] for m in (one, other))
     r = [p - q for p, q in zip(one.begin, other.begin, strict=True)]
     a, e, f = dot(d1, d1), dot(d2, d2), dot(d2, r)

@@ -1,9 +1,9 @@
-"""Where the volume of a curved cell is not positive, proved by bounds and not looked for at points.
+"""Guaranteed detection of curved cells with non-positive volume somewhere, by bounds of the Jacobian determinant.
 
-det dX/dxi of a ten-node tetrahedron is a cubic over it, and of an eight-node hexahedron of degree two in each local
-coordinate. Such a polynomial lies between its least and its largest Bernstein coefficient, which its values on a
-regular lattice give; where they do not decide, the cell is cut into eight, whose coefficients are closer, and asked
-again. Source: Johnen, Remacle and Geuzaine (2013), "Geometrical validity of curvilinear finite elements".
+det dX/dxi of a ten-node tetrahedron is a cubic over it, and that of an eight-node hexahedron is of degree two in each
+local coordinate. Such a polynomial lies between its least and its largest Bernstein coefficient, computed from its
+values on a regular lattice; where they do not decide, the cell is split into eight, whose coefficients are closer, and
+tested again. Source: Johnen, Remacle and Geuzaine (2013), "Geometrical validity of curvilinear finite elements".
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ DEPTH = 8  # cuts at most: a cell that is undecided then is within 1e-4 of a vol
 
 @lru_cache(maxsize=2)
 def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
-    """Local points (k, 3), coefficients from values there (k, k), and values there in each of eight parts (8, k, k)."""
+    """Return local points (k, 3), the matrix from values to coefficients (k, k), and values in each of eight parts (8,
+    k, k).
+    """
     element = element_of(kind)
     n, at = element.warp, element.lattice(element.warp)
     coefficients = np.asarray(np.linalg.inv(element.bernstein(n, at)), dtype=np.float64)
@@ -31,10 +33,11 @@ def _lattice(kind: str) -> tuple[Floats, Floats, Floats]:
     return at, coefficients, within
 
 
-def folded(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
-    """Cells in which det dX/dxi is somewhere at most `least` (m,), m^3, and the local point of its lowest value seen.
+def find_folded_cells(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
+    """Return cells in which det dX/dxi is somewhere at most `least` (m,), m^3, and the local point of the lowest value
+    seen.
 
-    None for four-node tetrahedra, whose volume is the same everywhere.
+    Four-node tetrahedra are never among them: their volume is uniform.
     """
     if mesh.element.constant:
         return np.zeros(0, dtype=np.int64), np.zeros((0, 3))
@@ -56,11 +59,11 @@ def folded(mesh: Mesh, least: Floats) -> tuple[Ints, Floats]:
     return found, fine[lowest]
 
 
-def folded_at_corners(mesh: Mesh) -> NDArray[np.bool_]:
-    """Hexahedra (m,) that are inside out at a corner only, and at no integration point of a rule of POINTS per axis.
+def has_folded_corner(mesh: Mesh) -> NDArray[np.bool_]:
+    """Return which hexahedra (m,) are inverted at a corner only, at no point of a rule of POINTS per axis.
 
-    Their integrals are those of the polynomials that they are, so that they pass the patch test. Source: MacNeal and
-    Harder (1985), "A proposed standard set of problems to test finite element accuracy", whose solid patch has one.
+    Their integrals remain exact for their polynomials, so that they pass the patch test. Source: MacNeal and Harder
+    (1985), "A proposed standard set of problems to test finite element accuracy", whose solid patch has one.
     """
     if not issubclass(mesh.element, Hexahedron):
         return np.zeros(len(mesh.cells), dtype=np.bool_)

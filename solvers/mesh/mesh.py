@@ -1,4 +1,4 @@
-"""A mesh is points and cells as plain arrays; what can be derived from them is derived here."""
+"""Mesh of points and cells as plain arrays, with the quantities derived from them."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Mesh:
-    """`points` (n, 3) in m and `cells` (m, a) of one kind of element, positively oriented. Arrays are never written to.
+    """A mesh: `points` (n, 3) in m and positively oriented `cells` (m, a) of one kind of element. Arrays are immutable.
 
     Nodes of a cell are in the order of VTK and meshio. `skin` (f, k) are the boundary facets of a mesh whose cells do
-    not match across their faces, where cells alone cannot tell what is boundary. `groups` are parts that a file names,
-    where somebody asked for them (mesh_groups.py).
+    not match across their faces, so that the boundary cannot be derived from them. `groups` are named parts of a file,
+    read on request (mesh_groups.py).
     """
 
     points: Floats  # (n, 3)
@@ -38,7 +38,7 @@ class Mesh:
 
     @property
     def element(self) -> type[Element]:
-        """The element of its cells. Raises UnknownElement."""
+        """Element of the cells. Raises UnknownElement."""
         return element_of(self.kind)
 
     @cached_property
@@ -64,7 +64,7 @@ class Mesh:
 
     @cached_property
     def facet_cells(self) -> Ints:
-        """The cell that each boundary facet belongs to (f,)."""
+        """Cell of each boundary facet (f,)."""
         corners, sides = self.element.facet.corners, np.array(self.element.facets)
         outer = np.zeros(len(self.points), dtype=np.bool_)
         outer[self.facets] = True
@@ -79,7 +79,7 @@ class Mesh:
 
     @cached_property
     def faces(self) -> Ints:
-        """Boundary triangles (t, 3) over existing points, counter-clockwise from outside: for views and distances."""
+        """Boundary triangles (t, 3) over existing points, counter-clockwise from outside, for display and distances."""
         faces: Ints = self.facets[:, np.array(self.element.facet.triangles)].reshape(-1, 3)
         if any(len({*facet}) < len(facet) for facet in self.element.facets):  # triangles among facets of four sides
             faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
@@ -87,11 +87,11 @@ class Mesh:
 
     @cached_property
     def selections(self) -> dict[Any, Any]:
-        """Parts of its boundary that were selected, by what selected them: found once for all who ask."""
+        """Cache of selected parts of the boundary, by the condition that selects them."""
         return {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without what was found by conditions, which are functions: it is found again where it is asked for."""
+        """Return the state without selections, whose conditions are functions; they are found again on request."""
         return {name: value for name, value in vars(self).items() if name != "selections"}
 
     @cached_property
@@ -101,7 +101,7 @@ class Mesh:
 
 
 def _keys(rows: Ints) -> Ints:
-    """One number for each row of numbers >= 0 (n, k), the same for equal rows: sorted sooner than rows are."""
+    """Return one number for each row of numbers >= 0 (n, k), equal for equal rows: faster to sort than rows."""
     keys = rows[:, 0]
     for column in rows.T[1:]:
         base = int(column.max(initial=0)) + 1
@@ -112,20 +112,20 @@ def _keys(rows: Ints) -> Ints:
 
 
 def jacobians(mesh: Mesh, xi: Floats) -> Floats:
-    """det dX/dxi (m, q) at local points xi (q, 3), m^3: negative where a cell is inside out."""
+    """Return det dX/dxi (m, q) at local points xi (q, 3), m^3: negative where a cell is inverted."""
     dXdxi = np.einsum("mai,qaj->mqij", mesh.points[mesh.cells], mesh.element.gradient(xi))
     det: Floats = np.linalg.det(dXdxi)
     return det
 
 
-def areas(mesh: Mesh, xi: Floats, weights: Floats) -> Floats:
-    """Of each boundary facet (f,), m^2, by points xi (q, 2) of it and their weights (q,)."""
+def facet_areas(mesh: Mesh, xi: Floats, weights: Floats) -> Floats:
+    """Return the area of each boundary facet (f,), m^2, by points xi (q, 2) of it and their weights (q,)."""
     t = np.einsum("qkj,fki->jfqi", mesh.element.facet.gradient(xi), mesh.points[mesh.facets])
     found: Floats = np.linalg.norm(np.cross(t[0], t[1]), axis=2) @ weights
     return found
 
 
-def surface(mesh: Mesh) -> tuple[Floats, Ints]:
-    """Points (n, 3) and triangles (t, 3) of the boundary alone, outward."""
+def boundary_surface(mesh: Mesh) -> tuple[Floats, Ints]:
+    """Return points (n, 3) and triangles (t, 3) of the boundary only, outward."""
     used, triangles = np.unique(mesh.faces, return_inverse=True)
     return mesh.points[used], triangles.reshape(-1, 3).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Distorted meshes for studies of stability: a made mesh whose worst cell has a given quality.
+"""Distorted meshes for robustness studies: a generated mesh whose worst cell gets a given quality.
 
 The quality of a cell is its mean ratio: of a tetrahedron 12 (3 V)^(2/3) over the sum of its squared edges, which is
 3 det(S)^(2/3) / |S|^2 for the map S from the regular one (Liu and Joe 1994; Knupp 2001, SIAM J. Sci. Comput. 23(1));
@@ -17,12 +17,12 @@ FLAT = 1e-9  # sine between facets that are taken for one plane
 HALVINGS = 120  # of the bracket of the amplitude: to its last digit
 
 
-class TooPoor(Exception):
-    """The mesh has a cell of less quality than was asked for already; the message has the quality that it has."""
+class QualityTooLow(Exception):
+    """The undistorted mesh already has a cell of lower quality than requested; the message gives that quality."""
 
 
-def qualities(mesh: Mesh) -> Floats:
-    """Mean ratio of every cell (m,), 1 at best; 0 or below where a cell is flat or inside out."""
+def cell_qualities(mesh: Mesh) -> Floats:
+    """Return the mean ratio of every cell (m,), 1 at best; 0 or below if a cell is flat or inverted."""
     element = mesh.element
     found = element.ratio(mesh.points[mesh.cells[:, : element.corners]])
     if not element.warps:
@@ -31,55 +31,55 @@ def qualities(mesh: Mesh) -> Floats:
     return np.where(folded, np.minimum(found, 0.0), found)
 
 
-def worst(mesh: Mesh) -> tuple[float, int]:
-    """The least quality and the cell that has it."""
-    found = qualities(mesh)
+def worst_cell(mesh: Mesh) -> tuple[float, int]:
+    """Return the least quality and the cell that has it."""
+    found = cell_qualities(mesh)
     cell = int(np.argmin(found))
     return float(found[cell]), cell
 
 
-def distorted(mesh: Mesh, quality: float) -> Mesh:
-    """The mesh with its nodes moved at random, reproducibly, until its worst cell has a quality in (0, 1).
+def distort(mesh: Mesh, quality: float) -> Mesh:
+    """Return the mesh with randomly moved nodes (reproducible) so that its worst cell has a quality in (0, 1).
 
     Inner nodes move freely, nodes of plane parts of the boundary in that plane, nodes of straight edges along them,
-    others stay: the body and its volume remain what they were. Mid-edge nodes move by the mean of the ends. All move
-    in proportion to one amplitude, which is bisected; no cell is inside out below it. Raises TooPoor.
+    others stay: the body and its volume are unchanged. Mid-edge nodes move by the mean of the ends. All moves are in
+    proportion to one amplitude, found by bisection; no cell is inverted below it. Raises QualityTooLow.
     """
-    before = worst(mesh)[0]
+    before = worst_cell(mesh)[0]
     if before < quality:
-        raise TooPoor(f"{before:.3g}")
-    ways = _ways(mesh)
+        raise QualityTooLow(f"{before:.3g}")
+    ways = _random_directions(mesh)
     low, high = 0.0, 1e-3
-    while worst(moved(mesh, ways, high))[0] > quality and high < 1e6:
+    while worst_cell(move_nodes(mesh, ways, high))[0] > quality and high < 1e6:
         low, high = high, 1.25 * high
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if worst(moved(mesh, ways, middle))[0] >= quality:
+        if worst_cell(move_nodes(mesh, ways, middle))[0] >= quality:
             low = middle
         else:
             high = middle
-    return moved(mesh, ways, low)
+    return move_nodes(mesh, ways, low)
 
 
-def moved(mesh: Mesh, ways: Floats, amplitude: float) -> Mesh:
-    """Nodes moved by an amplitude times their ways (n, 3), m."""
+def move_nodes(mesh: Mesh, ways: Floats, amplitude: float) -> Mesh:
+    """Return the mesh with nodes moved by an amplitude times their directions (n, 3), m."""
     return Mesh(mesh.points + amplitude * ways, mesh.cells, mesh.kind, mesh.skin, mesh.groups)
 
 
-def _ways(mesh: Mesh) -> Floats:
-    """Directions at random (n, 3), m, no longer than the edges around a node; along the boundary on it."""
+def _random_directions(mesh: Mesh) -> Floats:
+    """Return random directions (n, 3), m, no longer than the edges around a node; tangential on the boundary."""
     rng = np.random.default_rng(SEED)
-    ways = rng.uniform(-1.0, 1.0, mesh.points.shape) * _reach(mesh)[:, None]
+    ways = rng.uniform(-1.0, 1.0, mesh.points.shape) * _shortest_edges(mesh)[:, None]
     normals = _normals(mesh)
     for node, found in normals.items():
-        ways[node] = _along(ways[node], found)
+        ways[node] = _project_onto_boundary(ways[node], found)
     for node, corners in enumerate(mesh.element.between, mesh.element.corners):
         ways[mesh.cells[:, node]] = ways[mesh.cells[:, list(corners)]].mean(axis=1)
     return ways
 
 
-def _reach(mesh: Mesh) -> Floats:
-    """The shortest distance from a node to another corner of its cells (n,), m."""
+def _shortest_edges(mesh: Mesh) -> Floats:
+    """Return the shortest distance from a node to another corner of its cells (n,), m."""
     reach = np.full(len(mesh.points), np.inf)
     i, j = np.triu_indices(mesh.element.corners, 1)
     a, b = mesh.cells[:, i].ravel(), mesh.cells[:, j].ravel()
@@ -90,7 +90,7 @@ def _reach(mesh: Mesh) -> Floats:
 
 
 def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
-    """The different normals of the facets around each corner of the boundary; a facet that is not plane has several."""
+    """Return the distinct normals of the facets around each boundary corner; several for a facet that is not plane."""
     found: dict[int, list[Floats]] = {}
     triangles = mesh.facets[:, np.array(mesh.element.facet.halves)].reshape(-1, 3)
     a, b, c = (mesh.points[triangles[:, k]] for k in range(3))
@@ -104,8 +104,8 @@ def _normals(mesh: Mesh) -> dict[int, list[Floats]]:
     return found
 
 
-def _along(way: Floats, normals: list[Floats]) -> Floats:
-    """What of a way stays in one plane, or on the edge of two; nothing in a corner."""
+def _project_onto_boundary(way: Floats, normals: list[Floats]) -> Floats:
+    """Return the component of a vector in one plane, or along the edge of two; zero at a corner."""
     if len(normals) == 1:
         return way - (way @ normals[0]) * normals[0]
     if len(normals) > 2:

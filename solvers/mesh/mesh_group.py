@@ -1,4 +1,4 @@
-"""What a named part of a mesh is made of; what is done with such parts is in mesh_groups.py."""
+"""A named part of a mesh; operations on such parts are in mesh_groups.py."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Group:
-    """`members` are numbers of cells (k,), faces (k, 2): a cell and the number of its side, or nodes (k, 2): a cell
-    and the number of the node in it.
+    """Members of a named part: cells (k,), faces (k, 2) as cell and side number, or nodes (k, 2) as cell and node
+    number.
 
-    `inside` of its faces lie between two cells; `foreign` are the facets (or points) of the file that are no face of
-    a cell at all, and are not among the members. Supports hold a group of nodes; it has no faces and no cells.
+    `inside` counts faces between two cells; `foreign` counts facets (or points) of the file that belong to no cell, and
+    are not among the members. Supports can hold a group of nodes; it has no faces and no cells.
     """
 
     kind: Literal["cells", "faces", "nodes"]
@@ -30,7 +30,7 @@ class Group:
 
     @property
     def described(self) -> str:
-        """`24 faces, 3 of them inside the body`."""
+        """Description, as in `24 faces, 3 of them inside the body`."""
         count = len(self.members) + self.foreign
         words = f"{count} {self.kind if count != 1 else self.kind[:-1]}"
         return words + (f", {self.inside} inside the body" if self.inside else "")

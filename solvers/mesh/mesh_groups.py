@@ -1,8 +1,7 @@
-"""Named parts of a mesh: cells, boundary faces and nodes, as sets of these and not as places; they go with it where it
-is split, gets more nodes or is refined.
+"""Named parts of a mesh (cells, boundary faces, nodes) as sets that survive splitting, added nodes and refinement.
 
-Faces are kept as a cell and the number of its side, and nodes as a cell and the number of the node in it, which neither
-a new numbering of nodes nor nodes between changes.
+Faces are stored as a cell and the number of its side, and nodes as a cell and the number of the node in it, which do
+not change when nodes are renumbered or added.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ ON = 1e-9  # of a reference cell: how far from a side its points may lie
 
 
 def cells_in(mesh: Mesh, name: str) -> Bools:
-    """Which cells are members of a group (m,): none of one of faces."""
+    """Return which cells are members of a group (m,); none for a group of faces."""
     group, found = (mesh.groups or {})[name], np.zeros(len(mesh.cells), dtype=np.bool_)
     if group.kind == "cells":
         found[group.members] = True
@@ -41,11 +40,11 @@ def facets_in(mesh: Mesh, name: str) -> Bools:
         return cells_in(mesh, name)[mesh.facet_cells]
     if group.kind == "nodes":
         return np.zeros(len(mesh.facets), dtype=np.bool_)
-    return same_rows(_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1))
+    return is_known_row(_corners(mesh, group.members), np.sort(mesh.facets[:, : mesh.element.facet.corners], axis=1))
 
 
 def nodes_in(mesh: Mesh, name: str) -> Bools:
-    """Which nodes are of a member (n,)."""
+    """Return which nodes belong to a group (n,)."""
     group, found = (mesh.groups or {})[name], np.zeros(len(mesh.points), dtype=np.bool_)
     if group.kind == "cells":
         found[mesh.cells[group.members]] = True
@@ -58,7 +57,7 @@ def nodes_in(mesh: Mesh, name: str) -> Bools:
 
 
 def _nodes(mesh: Mesh, group: Group) -> Ints:
-    """Return the nodes (k,) of a group of nodes; cells of fewer nodes do not have them all."""
+    """Return the nodes (k,) of a group of nodes; cells with fewer nodes may lack some."""
     cell, local = group.members.T
     known = local < mesh.cells.shape[1]
     found: Ints = mesh.cells[cell[known], local[known]]
@@ -66,7 +65,7 @@ def _nodes(mesh: Mesh, group: Group) -> Ints:
 
 
 def node_members(cells: Ints, nodes: Ints) -> Ints:
-    """Return for each node (k,) a cell (m, a) that has it, and its number there (k, 2).
+    """Return a cell (m, a) that contains each node (k,), and the node's number in it, (k, 2).
 
     Nodes of no cell are left out.
     """
@@ -76,27 +75,29 @@ def node_members(cells: Ints, nodes: Ints) -> Ints:
     return np.stack(np.divmod(known, cells.shape[1]), axis=1).astype(np.int64)
 
 
-def cells_at(mesh: Mesh, name: str, nodes: Ints) -> Bools:
-    """Whether cells that are known by their nodes (n, a), in order, are members (n,)."""
-    return same_rows(mesh.cells[cells_in(mesh, name)], nodes)
+def has_cells(mesh: Mesh, name: str, nodes: Ints) -> Bools:
+    """Return whether cells given by their nodes (n, a), in order, are members (n,)."""
+    return is_known_row(mesh.cells[cells_in(mesh, name)], nodes)
 
 
 def _corners(mesh: Mesh, members: Ints) -> Ints:
-    """Nodes at the corners of faces (k, c), in order of their numbers."""
+    """Return the nodes at the corners of faces (k, c), sorted by number."""
     cell, side = members.T
     sides = np.array(mesh.element.facets)[:, : mesh.element.facet.corners]
     found: Ints = np.sort(mesh.cells[cell[:, None], sides[side]], axis=1)
     return found
 
 
-def same_rows(known: Ints, rows: Ints) -> Bools:
-    """Which rows of numbers (f, c) are among the known ones (k, c)."""
+def is_known_row(known: Ints, rows: Ints) -> Bools:
+    """Return which rows of numbers (f, c) are among the known ones (k, c)."""
     keys = _keys(np.concatenate([known, rows]))
     return np.isin(keys[len(known) :], keys[: len(known)])
 
 
 def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, int]:
-    """The faces (k, 2) of cells (m, a) whose corners are given (f, c) in any order, and how many are none."""
+    """Return the faces (k, 2) of cells (m, a) with given corners (f, c) in any order, and the number of corners without
+    a face.
+    """
     sides = np.array(element.facets)[:, : element.facet.corners]
     if not len(corners) or corners.shape[1] != sides.shape[1]:
         return np.zeros((0, 2), dtype=np.int64), len(corners)
@@ -111,8 +112,8 @@ def faces_of(cells: Ints, element: type[Element], corners: Ints) -> tuple[Ints, 
     return np.stack(np.divmod(found, len(sides)), axis=1).astype(np.int64), int((~there).sum())
 
 
-def turned(faces: Ints, which: Bools, element: type[Element]) -> Ints:
-    """The same faces of cells of which some (m,) have their nodes in the order `element.turned`."""
+def reorder_faces(faces: Ints, which: Bools, element: type[Element]) -> Ints:
+    """Return the same faces after some cells (m,) have their nodes reordered as `element.turned`."""
     now = np.argsort(np.array(element.turned))  # where each node stands afterwards
     corners = element.facet.corners
     sides = [frozenset(side[:corners]) for side in element.facets]
@@ -121,7 +122,7 @@ def turned(faces: Ints, which: Bools, element: type[Element]) -> Ints:
     return np.stack([cell, np.where(which[cell], table[side], side)], axis=1)
 
 
-def turned_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
+def reorder_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
     """Return nodes (k, 2), renumbered in the cells `which` (m,) whose nodes now have the order `element.turned`."""
     now = np.argsort(np.array(element.turned))
     cell, local = nodes.T
@@ -131,8 +132,8 @@ def turned_nodes(nodes: Ints, which: Bools, element: type[Element]) -> Ints:
 # ------------------------------------------------------------------ with a mesh that changes
 
 
-def split(mesh: Mesh, new: Mesh) -> Mesh:
-    """The cells `new` made of hexahedra, as many of each in their order, with the groups of these."""
+def split_groups(mesh: Mesh, new: Mesh) -> Mesh:
+    """Return the cells `new` made of hexahedra, equally many of each in their order, with the groups of these."""
     if not mesh.groups:
         return new
     each = len(new.cells) // len(mesh.cells)
@@ -153,8 +154,8 @@ def split(mesh: Mesh, new: Mesh) -> Mesh:
     return replace(new, groups={name: carried(group) for name, group in mesh.groups.items()})
 
 
-def refined(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | None:
-    """The groups of a mesh of another element, each cell made of children with local points `corners` (c, a, 3)."""
+def refine_groups(mesh: Mesh, new: type[Element], corners: Floats) -> Groups | None:
+    """Return the groups after refinement into another element; children have local corners `corners` (c, a, 3)."""
     if not mesh.groups:
         return None
     sides = corners[:, np.array(new.facets)[:, : new.facet.corners]]  # (c, t, k, 3)

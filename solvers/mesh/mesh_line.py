@@ -1,4 +1,4 @@
-"""Straight lines through a mesh: where they pass from cell to cell, and points to integrate over them with."""
+"""Integration along straight lines through a mesh: crossings of cell faces, and quadrature points."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ POINTS = 8  # Gauss points between two faces: exact for polynomials of degree 15
 APART = 1e-12  # of the length: crossings that are nearer are one
 
 
-def along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
-    """Points X (n, 3), m, and weights w (n,), m, that integrate over the line from `begin` to `end` (3,), m.
+def integrate_along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
+    """Return points X (n, 3), m, and weights w (n,), m, that integrate over the line from `begin` to `end` (3,), m.
 
-    Between two of them no face of a cell is crossed, so that what is smooth in a cell is integrated as such.
+    No cell face is crossed within an interval, so that functions smooth in a cell are integrated accurately.
     """
-    cuts = crossings(mesh, begin, end)
+    cuts = find_face_crossings(mesh, begin, end)
     x, w = np.polynomial.legendre.leggauss(POINTS)
     step = np.diff(cuts)
     s = (cuts[:-1, None] + 0.5 * step[:, None] * (x + 1.0)).ravel()
@@ -23,10 +23,10 @@ def along(mesh: Mesh, begin: Floats, end: Floats) -> tuple[Floats, Floats]:
     return begin + s[:, None] * (end - begin), weights
 
 
-def crossings(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
-    """Where a line meets planes of cells' faces near these, in shares of its length (k,): 0 and 1 among them.
+def find_face_crossings(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
+    """Return where a line crosses planes of nearby cell faces, as fractions of its length (k,), with 0 and 1.
 
-    A quadrilateral has the planes of its two halves. More of them than are needed do no harm.
+    A quadrilateral has the planes of its two halves. Surplus crossings do no harm.
     """
     corners = _triangles(mesh)  # (t, 3, 3)
     a, way = corners[:, 0], end - begin
@@ -44,7 +44,7 @@ def crossings(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
 
 
 def _triangles(mesh: Mesh) -> Floats:
-    """Corners (t, 3, 3), m, of triangles that make up the faces of all cells."""
+    """Return the corners (t, 3, 3), m, of triangles that make up the faces of all cells."""
     found = []
     for side in mesh.element.facets:
         face = side[: mesh.element.facet.corners]

@@ -1,7 +1,7 @@
-"""Finer spaces over the cells of a mesh: an order more (tet4 -> tet10), or every cell in eight (tet10, hex8).
+"""Finer spaces over the cells of a mesh: one order higher (tet4 -> tet10), or every cell in eight (tet10, hex8).
 
-The coarse displacements are among the fine ones: `P` takes them there. New nodes lie where the cells' own map puts
-them, on the curved facets of ten-node cells, and on the sides of a shape where facets are inscribed in them.
+Coarse displacements are contained in the fine space: the matrix `P` maps them. New nodes are placed by the cells' own
+map, on the curved facets of ten-node cells, and on the curved sides of a shape where facets are inscribed in them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from softmark.records import dataclass
 from softmark.solvers.elements import element_of
 from softmark.solvers.elements.element import Element
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.shape import Shape, Side
+from softmark.solvers.mesh.shape import CurvedSide, Shape
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh_group import Group
@@ -26,59 +26,61 @@ HELD = 20.0  # bytes for each number of the stiffness of each cell: 8 in it, the
 QUARTERS = 4  # steps along an edge, at which new nodes lie
 
 
-class Unmatched(Exception):
-    """The cells of the mesh do not match across their faces, so that nothing can be said of what lies between."""
+class UnmatchedFaces(Exception):
+    """The cells of the mesh do not match across their faces, so that no finer space exists."""
 
 
 @dataclass(frozen=True)
-class Finer:
-    """A finer mesh (n fine nodes), and `P` (n, coarse nodes), which takes values at coarse nodes to fine ones."""
+class FinerSpace:
+    """A finer mesh (n fine nodes), and the matrix `P` (n, coarse nodes) from values at coarse nodes to fine ones."""
 
     mesh: Mesh
     P: sparse.csr_matrix
 
     def displaced(self, u: Floats) -> Floats:
-        """Displacements of the fine nodes (n, 3) from those of the coarse ones (c, 3), m."""
+        """Return the displacements of the fine nodes (n, 3) from those of the coarse ones (c, 3), m."""
         moved: Floats = self.P @ u
         return moved
 
 
-def finer(mesh: Mesh, shape: Shape | None = None) -> Finer:
-    """An order more of four-node tetrahedra, and else eight cells for each. Raises Unmatched."""
+def build_finer_space(mesh: Mesh, shape: Shape | None = None) -> FinerSpace:
+    """Return four-node tetrahedra with one order more, and other cells split into eight. Raises UnmatchedFaces."""
     if mesh.skin is not None:
-        raise Unmatched
+        raise UnmatchedFaces
     element = element_of(mesh.element.finer)
     places, children = _pattern(mesh.element, element)
     labels = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
     N = mesh.element.shape(places)
-    keys, first, inverse = np.unique(_keys(N, _whole(N), labels[mesh.cells]), return_index=True, return_inverse=True)
+    keys, first, inverse = np.unique(
+        _keys(N, _integer_factor(N), labels[mesh.cells]), return_index=True, return_inverse=True
+    )
     P = _interpolation(mesh, places, first)
     local = inverse.reshape(len(mesh.cells), len(places))
     cells = local[:, children].reshape(-1, children.shape[1]).astype(np.int64)
     points = P @ mesh.points
     for side in () if shape is None else shape.sides:
-        _onto(mesh, _on_facet(mesh.element, places), side, points, (labels, keys, _whole(N)))
-    return Finer(Mesh(points, cells, element.name, groups=_groups(mesh, element, places[children])), P)
+        _project_onto_side(mesh, _on_facet(mesh.element, places), side, points, (labels, keys, _integer_factor(N)))
+    return FinerSpace(Mesh(points, cells, element.name, groups=_groups(mesh, element, places[children])), P)
 
 
-def needs(mesh: Mesh) -> float:
-    """Bytes that forces and stiffness over the finer space of a mesh take at their most, about, before it is made."""
+def estimate_memory(mesh: Mesh) -> float:
+    """Return the approximate peak memory of forces and stiffness over the finer space of a mesh, bytes."""
     own, new = mesh.element, element_of(mesh.element.finer)
     cells = len(mesh.cells) * (len(own.children()) if own is new else 1)
     return HELD * cells * (3.0 * new.nodes) ** 2
 
 
 def _groups(mesh: Mesh, element: type[Element], corners: Floats) -> Mapping[str, Group] | None:
-    """Named parts, of cells made of children with local nodes `corners` (c, a, 3)."""
+    """Return the named parts for cells made of children with local nodes `corners` (c, a, 3)."""
     if not mesh.groups:
         return None
-    from softmark.solvers.mesh.mesh_groups import refined
+    from softmark.solvers.mesh.mesh_groups import refine_groups
 
-    return refined(mesh, element, corners)
+    return refine_groups(mesh, element, corners)
 
 
-def _whole(N: Floats) -> int:
-    """What makes shape functions whole numbers."""
+def _integer_factor(N: Floats) -> int:
+    """Return the factor that makes shape function values whole numbers."""
     whole = WHOLE
     while np.abs(whole * N - np.round(whole * N)).max() > 1e-9:
         whole *= 2
@@ -86,14 +88,14 @@ def _whole(N: Floats) -> int:
 
 
 def _keys(N: Floats, whole: int, labels: Any) -> Any:
-    """One whole number for each place of each cell (m * l,): the same where it is the same mix of the same nodes."""
+    """Return one integer for each place of each cell (m * l,): equal for the same combination of the same nodes."""
     parts = np.round(whole * N).astype(np.int64).astype(np.uint64)  # (l, a), modulo 2^64
     with np.errstate(over="ignore"):
         return (labels[:, None, :] * parts[None]).sum(axis=2, dtype=np.uint64).ravel()
 
 
 def _interpolation(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix:
-    """The shape functions of one cell at every new node, as a matrix (n, coarse nodes)."""
+    """Return the shape functions of one cell at every new node, as a matrix (n, coarse nodes)."""
     cell, place = np.divmod(first, len(places))
     N = mesh.element.shape(places)[place]  # (n, a)
     columns = mesh.cells[cell]
@@ -104,7 +106,7 @@ def _interpolation(mesh: Mesh, places: Floats, first: Ints) -> sparse.csr_matrix
 
 
 def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
-    """Local places of the new nodes (l, 3) in a cell, and the nodes of its children (c, a)."""
+    """Return the local positions of the new nodes (l, 3) in a cell, and the nodes of its children (c, a)."""
     if own is not new:
         return new.places(), np.arange(new.nodes)[None]
     corners = element_of(own.linear).shape(own.places())
@@ -113,10 +115,12 @@ def _pattern(own: type[Element], new: type[Element]) -> tuple[Floats, Ints]:
     return lattice, number.reshape(children.shape[:2])
 
 
-def _onto(mesh: Mesh, places: Floats, side: Side, points: Floats, known: tuple[Any, Any, int]) -> None:
-    """Move what lies on facets that are inscribed in a curved side onto it: `points` are changed.
+def _project_onto_side(
+    mesh: Mesh, places: Floats, side: CurvedSide, points: Floats, known: tuple[Any, Any, int]
+) -> None:
+    """Move the new points on facets that are inscribed in a curved side onto it; `points` are changed in place.
 
-    `places` (s, 2) are those of the new nodes on a facet, `known` how they were numbered.
+    `places` (s, 2) are the positions of new nodes on a facet, `known` their numbering.
     """
     labels, keys, whole = known
     facet, facets = mesh.element.facet, mesh.facets[side.of(mesh.points[mesh.facets])]
@@ -129,7 +133,7 @@ def _onto(mesh: Mesh, places: Floats, side: Side, points: Floats, known: tuple[A
 
 
 def _on_facet(element: type[Element], places: Floats) -> Floats:
-    """Local places on a facet (s, 2) of those in a cell (l, 3) that lie on it."""
+    """Return the local positions on a facet (s, 2) of those in a cell (l, 3) that lie on it."""
     lattice = element.facet.lattice(QUARTERS)
     there = element.facet.shape(lattice) @ element.places()[list(element.facets[0])]
     known: Floats = lattice[(np.abs(there[:, None] - places).max(axis=2) < 1e-9).any(axis=1)]

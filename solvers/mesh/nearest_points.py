@@ -1,4 +1,4 @@
-"""The points near a place: by all distances where these are few, else by scipy's tree, which takes 0.1 s to import."""
+"""Nearest-point search: by all distances for few points, else by scipy's k-d tree, which takes 0.1 s to import."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ FEW = 2_000_000  # pairs of a point and a place whose distances take less time t
 CHUNK = 32  # places whose distances to all points are held at once
 
 
-class Neighbours(Protocol):
-    """What can be asked."""
+class PointSearch(Protocol):
+    """A search structure for the points near given places."""
 
     def distance(self, X: Floats) -> Floats:
-        """From each place X (n, 3) to the nearest point (n,)."""
+        """Return the distance from each place X (n, 3) to the nearest point (n,)."""
 
     def within(self, X: Floats, radius: Floats) -> tuple[Ints, Ints]:
-        """Pairs of a place and a point (p,) each, no farther from it than its `radius` (n,); by places, ascending."""
+        """Return pairs of a place and a point (p,) each within its `radius` (n,), sorted by place."""
 
 
-def neighbours(points: Floats, places: int) -> Neighbours:
-    """Of `points` (m, 3), to be asked for so many places."""
-    return All(points) if len(points) * places < FEW else PointTree(points)
+def build_point_search(points: Floats, places: int) -> PointSearch:
+    """Return a search structure for `points` (m, 3), suited to so many `places`."""
+    return AllDistances(points) if len(points) * places < FEW else PointTree(points)
 
 
-class All:
-    """Every distance."""
+class AllDistances:
+    """Search by all pairwise distances."""
 
     def __init__(self, points: Floats) -> None:
         self.points = points
 
     def _squares(self, X: Floats) -> Floats:
-        """Of the distances (n, m); axis by axis, for sums over an axis of three take ten times as long."""
+        """Return squared distances (n, m), axis by axis, since sums over an axis of three take ten times as long."""
         found = np.zeros((len(X), len(self.points)))
         for start in range(0, len(X), CHUNK):
             part = found[start : start + CHUNK]
@@ -53,7 +53,7 @@ class All:
 
 
 class PointTree:
-    """Those that a tree leads to."""
+    """Search by a k-d tree."""
 
     def __init__(self, points: Floats) -> None:
         from scipy.spatial import cKDTree

@@ -1,4 +1,4 @@
-"""The border of the region of which a plane body is a slice: its facets across the slice."""
+"""Boundary of a plane region: the facets of its slice that are normal to the plane."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from softmark.solvers.mesh.mesh import Floats, Ints
 SAME = 1e-9  # of a slice: what is thinner lies in its faces, what is nearer to the axis on it
 
 
-def bordering(points: Floats, facets: Ints, revolved: bool = False) -> NDArray[np.bool_]:
-    """Which facets (f, a) of a slice of points (n, 3), m, belong to its border (f,): not those of its faces.
+def is_on_border(points: Floats, facets: Ints, revolved: bool = False) -> NDArray[np.bool_]:
+    """Return which facets (f, a) of a slice of points (n, 3), m, belong to its border, not to its faces (f,).
 
-    Nor those on the axis, of what is `revolved` around x = 0: there the body goes on.
+    For bodies `revolved` around x = 0, facets on the axis are excluded: the body continues there.
     """
     X = points[facets]
     found: NDArray[np.bool_] = np.ptp(X[..., 2], axis=1) > SAME * np.ptp(points[:, 2])

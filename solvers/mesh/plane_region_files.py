@@ -1,4 +1,4 @@
-"""A plane region whose cells are those of a file: what a plane body makes of a mesh file."""
+"""Plane regions whose cells come from a mesh file."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 NEAR = 1e-9  # of its size: what lies so near to its bounds is within them
 
 
-class OfFile(Protocol):
-    """A mesh file, as a scene says it: where it is, what its unit is, m, and what points in one place mean."""
+class FileDeclaration(Protocol):
+    """A mesh file as declared in a scene: path, unit, m, and treatment of coincident points."""
 
     path: str
     unit: float
@@ -27,10 +27,10 @@ class OfFile(Protocol):
 
 
 @dataclass(frozen=True)
-class FlatFile(Shape):
-    """A slice of a region in a file, so thick (m). Its bounds are those of the file, which is read for them."""
+class FileSlice(Shape):
+    """A slice, of a thickness in m, of a region in a file. Its bounds are read from the file."""
 
-    region: OfFile
+    region: FileDeclaration
     depth: float
 
     prebuilt = True
@@ -38,23 +38,23 @@ class FlatFile(Shape):
 
     @property
     def file(self) -> str:
-        """The file."""
+        """Path of the file."""
         return self.region.path
 
     @cached_property
     def read(self) -> Mesh:
-        """The slice of the file's own cells, with its groups. Raises UnreadableMesh."""
+        """Return the slice of the file's own cells, with its groups. Raises UnreadableMesh."""
         from softmark.solvers.mesh.surface_bodies import seen
 
         path = self.region.path
-        found = _sliced(path, self.region.unit, self.region.coincident, seen(path))
+        found = _cached_slice(path, self.region.unit, self.region.coincident, seen(path))
         points = found.points.copy()
         points[:, 2] *= self.depth / (points[:, 2].max() - points[:, 2].min())
         return replace(found, points=points)
 
     @cached_property
     def bounds(self) -> Bounds | None:
-        """Lowest and highest coordinates, m; None where the file cannot be read, which is said elsewhere."""
+        """Lowest and highest coordinates, m; None for an unreadable file, which is reported elsewhere."""
         from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
         try:
@@ -65,33 +65,33 @@ class FlatFile(Shape):
         return (a, b, c), (d, e, f)
 
     def contains(self, point: Vector3) -> bool:
-        """Whether its bounds do, give or take 1e-9 of its size: no more is known without a search."""
+        """Return whether the bounding box contains a point, within 1e-9 of its size; a search would cost more."""
         if self.bounds is None:
             return True
         slack = NEAR * self.diagonal
         return all(a - slack <= p <= b + slack for p, a, b in zip(point, *self.bounds, strict=True))
 
     def mesh(self, kind: str, size: float = 0.0, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """The cells of the file as an element, of no other size and uncut. Raises UnreadableMesh, UnknownElement."""
+        """Return the file's cells as an element; size and cuts are ignored. Raises UnreadableMesh, UnknownElement."""
         return replace(self.named(kind), groups=None)
 
     def named(self, kind: str | None = None) -> Mesh:
-        """The same with the groups of the file; without an element as the file has its cells. Raises as `mesh`."""
+        """Return the mesh with the file's groups; without an element, the file's own cells. Raises as `mesh`."""
         from softmark.solvers.elements import sliced
-        from softmark.solvers.mesh.files.plane_cells import taken
+        from softmark.solvers.mesh.files.plane_cells import convert_slice
 
-        return self.read if kind is None else taken(self.read, sliced(kind))
+        return self.read if kind is None else convert_slice(self.read, sliced(kind))
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of the slice's boundary. Raises UnreadableMesh."""
-        from softmark.solvers.mesh.mesh import surface
+        """Return points (n, 3) in m and triangles (t, 3) of the slice's boundary. Raises UnreadableMesh."""
+        from softmark.solvers.mesh.mesh import boundary_surface
 
-        return surface(self.read)
+        return boundary_surface(self.read)
 
 
 @lru_cache(maxsize=4)
-def _sliced(path: str, unit: float, coincident: str, stamp: Seen) -> Mesh:
-    """What the bodies of a file share: it is read once for all of them."""
-    from softmark.solvers.mesh.files.plane_cells import read
+def _cached_slice(path: str, unit: float, coincident: str, stamp: Seen) -> Mesh:
+    """Return the slice of a file, read once for all bodies of that file."""
+    from softmark.solvers.mesh.files.plane_cells import read_slice
 
-    return read(path, unit, coincident)
+    return read_slice(path, unit, coincident)

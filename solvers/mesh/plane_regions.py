@@ -1,6 +1,6 @@
-"""Plane regions, which bodies of plane strain and plane stress have: meshed as slices, one hexahedron thick.
+"""Plane regions for plane strain and plane stress, meshed as slices one hexahedron thick.
 
-To add one: a class on `Flat` that maps the unit square to the region, a line in SHAPES.
+To add one: a subclass of `PlaneRegion` that maps the unit square to the region, and a line in SHAPES.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cell_counts import divisions
-from softmark.solvers.mesh.conforming_planes import Cut, along, cells
-from softmark.solvers.mesh.shape import Bounds, Shape, Side, Span, Vector3
+from softmark.solvers.mesh.cell_counts import count_divisions
+from softmark.solvers.mesh.conforming_planes import Cut, count_cells, cuts_along
+from softmark.solvers.mesh.shape import Bounds, CurvedSide, Shape, Span, Vector3
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,11 +26,10 @@ NEAR = 1e-9  # of its size: what lies so near to a region is of it
 Place = tuple[float, float]  # x and y, m
 
 
-class Flat(Shape):
-    """A region of the plane z = 0, the image of a square; `depth` (m) is how thick it is, half on each side: 1 m
-    by itself, and of a `Slice` what is asked for.
+class PlaneRegion(Shape):
+    """A region of the plane z = 0, the image of the unit square; thickness `depth` (m), half on each side, default 1 m.
 
-    The mesh is a grid of the square, carried over with all its nodes: those between corners lie where the map has them.
+    The mesh is a grid of the square, mapped with all its nodes: midside nodes too lie where the map puts them.
     """
 
     flat = True
@@ -38,7 +37,7 @@ class Flat(Shape):
     across = "t"  # the second coordinate by name: along `s`, the first, lines are straight
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """x and y (m) of points of the square, s and t from 0 to 1: counter-clockwise, numbers or arrays."""
+        """Return x and y (m) of points of the square, s and t from 0 to 1: counter-clockwise, numbers or arrays."""
         raise NotImplementedError(f"{type(self).__name__} maps nothing")
 
     @property
@@ -48,7 +47,7 @@ class Flat(Shape):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """The longest way along s, and along t, m."""
+        """Longest distances along s and along t, m."""
         raise NotImplementedError(f"{type(self).__name__} has no sizes")
 
     @property
@@ -57,7 +56,7 @@ class Flat(Shape):
         raise NotImplementedError(f"{type(self).__name__} has no ends")
 
     def within(self, x: float, y: float, slack: float) -> bool:
-        """Whether it holds a point of the plane, give or take `slack` (m)."""
+        """Return whether the region contains a point of the plane, within `slack` (m)."""
         raise NotImplementedError(f"{type(self).__name__} holds no points")
 
     @property
@@ -72,49 +71,49 @@ class Flat(Shape):
         return self.area * self.depth
 
     def contains(self, point: Vector3) -> bool:
-        """Whether the slice holds a point, give or take 1e-9 of its size."""
+        """Return whether the slice contains a point, within 1e-9 of its size."""
         slack = NEAR * self.diagonal
         return abs(point[2]) <= 0.5 * self.depth + slack and self.within(point[0], point[1], slack)
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Of the square."""
+        """Ranges of the coordinates of the square."""
         return {"s": (0.0, 1.0), self.across: (0.0, 1.0)}
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Between opposite sides."""
+        """Directions in which cells may be graded: between opposite sides."""
         return ("s", self.across)
 
     def place(self, **at: float) -> Vector3:
-        """A point by its two coordinates, m: without arrays."""
+        """Return the point with two given coordinates, m, without arrays."""
         x, y = self(at["s"], at[self.across])
         return float(x), float(y), 0.0
 
     def slice(self, depth: float) -> Shape:
-        """The slice of it that is so thick (m)."""
+        """Return the slice of the region with a thickness (m)."""
         return Slice(self, depth)
 
     def _divided(self, size: float) -> tuple[int, int]:
-        """Cells of a size (m) along s and along t, evenly."""
-        return divisions(self.sizes[0], size), divisions(self.sizes[1], size)
+        """Return the numbers of equal cells of a size (m) along s and along t."""
+        return count_divisions(self.sizes[0], size), count_divisions(self.sizes[1], size)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along s and along t."""
+        """Return the numbers of cells of a mesh of a size (m) along s and along t."""
         each = zip(("s", self.across), self._divided(size), strict=True)
-        return tuple(cells(0.0, 1.0, n, along(cuts, axis)) for axis, n in each)
+        return tuple(count_cells(0.0, 1.0, n, cuts_along(cuts, axis)) for axis, n in each)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m), one through the thickness, with nodes on all cuts.
+        """Return a mesh of an element with edges of about `size` (m), one cell thick, with nodes on all cuts.
 
         Raises UnknownElement.
         """
         from softmark.solvers.elements import sliced
         from softmark.solvers.mesh.mesh import Mesh
-        from softmark.solvers.mesh.structured_meshes import grid, solid
+        from softmark.solvers.mesh.structured_meshes import grid, mesh_extrusion
 
-        lines = (along(cuts, "s"), along(cuts, self.across))
-        made = solid(grid(*self._divided(size), *lines), 1.0, 1.0, sliced(kind))
+        lines = (cuts_along(cuts, "s"), cuts_along(cuts, self.across))
+        made = mesh_extrusion(grid(*self._divided(size), *lines), 1.0, 1.0, sliced(kind))
         s, t, z = made.points.T
         points = np.ascontiguousarray(np.stack([*self(s, t), self.depth * (z - 0.5)], axis=1))
         for k, ends in enumerate(made.element.between):
@@ -124,9 +123,9 @@ class Flat(Shape):
 
 
 def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int) -> None:
-    """Middles of diagonals of a grid of the square put straight between their ends: `points` are changed, m.
+    """Move midpoints of grid diagonals to the middle between their ends; `points` are changed in place, m.
 
-    Lines of the grid are straight where sides of the region are; its diagonals are not.
+    Grid lines are straight where sides of the region are; diagonals are not.
     """
     both = square.cells[:, list(ends)]
     way = np.ptp(square.points[both, :2], axis=1)
@@ -135,70 +134,70 @@ def _straighten(points: Floats, square: Mesh, ends: tuple[int, ...], middle: int
 
 
 @dataclass(frozen=True)
-class Slice(Flat):
-    """A region, so thick (m)."""
+class Slice(PlaneRegion):
+    """A region with a given thickness (m)."""
 
-    region: Flat
+    region: PlaneRegion
     depth: float
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """As the region has it."""
+        """Return x and y by the region's map."""
         return self.region(s, t)
 
     @property
     def fault(self) -> str:
-        """That of the region."""
+        """Return the region's error."""
         return self.region.fault
 
     @property
     def convex(self) -> bool:
-        """As the region is."""
+        """True if the region is convex."""
         return self.region.convex
 
     @property
     def across(self) -> str:  # type: ignore[override]
-        """As the region has it."""
+        """Coordinate of the region across it."""
         return self.region.across
 
     def place(self, **at: float) -> Vector3:
-        """As the region has it."""
+        """Return the region's point with two given coordinates, m."""
         return self.region.place(**at)
 
     def _divided(self, size: float) -> tuple[int, int]:
-        """As the region has it."""
+        """Return the region's numbers of cells."""
         return self.region._divided(size)
 
     @property
     def area(self) -> float:
-        """Of the region, m^2."""
+        """Area of the region, m^2."""
         return self.region.area
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """Of the region, m."""
+        """Sizes of the region, m."""
         return self.region.sizes
 
     @property
     def ends(self) -> tuple[Place, Place]:
-        """Of the region, m."""
+        """Bounds of the region, m."""
         return self.region.ends
 
     @property
-    def sides(self) -> tuple[Side, ...]:
-        """Of the region."""
+    def sides(self) -> tuple[CurvedSide, ...]:
+        """Curved sides of the region."""
         return self.region.sides
 
     def within(self, x: float, y: float, slack: float) -> bool:
-        """Whether the region holds a point."""
+        """Return whether the region contains a point."""
         return self.region.within(x, y, slack)
 
 
 @dataclass(frozen=True)
-class Quadrilateral(Flat):
-    """A plane region with four straight sides: for `plane_strain` and `plane_stress`.
+class Quadrilateral(PlaneRegion):
+    """A plane region with four straight sides, for `plane_strain` and `plane_stress`.
 
-    Corners are given counter-clockwise, with z = 0, and turn left at each. Cells are those of a grid between opposite
-    sides: `size` is that of cells along the longer of two such sides.
+    Corners are given counter-clockwise, with z = 0, and turn left at each. Cells form a grid between opposite sides:
+    `size` is the cell size along the longer of two opposite sides.
     """
 
     convex = True
@@ -214,13 +213,13 @@ class Quadrilateral(Flat):
 
     @property
     def _turns(self) -> list[float]:
-        """Twice the area of the triangle at each corner, positive where the border turns left, m^2."""
+        """Twice the area of the triangle at each corner, positive for a left turn of the border, m^2."""
         at = self._corners
-        return [_twice(at[i - 1], at[i], at[(i + 1) % 4]) for i in range(4)]
+        return [_doubled_area(at[i - 1], at[i], at[(i + 1) % 4]) for i in range(4)]
 
     @property
     def fault(self) -> str:
-        """Corners off the plane, or that turn right."""
+        """Return an error if corners lie off the plane or turn right."""
         if any(c[2] for c in (self.first, self.second, self.third, self.fourth)):
             return "its corners must lie in the plane z = 0"
         if min(self._turns) <= NEAR * max(map(abs, self._turns)):
@@ -228,7 +227,7 @@ class Quadrilateral(Flat):
         return ""
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """Bilinear: straight lines between points of opposite sides."""
+        """Return the bilinear map: straight lines between points of opposite sides."""
         weights = ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)
         x, y = (sum(w * c[i] for w, c in zip(weights, self._corners, strict=True)) for i in (0, 1))
         return x, y
@@ -240,7 +239,7 @@ class Quadrilateral(Flat):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """The longer of two opposite sides, m."""
+        """Lengths of the longer of each two opposite sides, m."""
         a, b, c, d = self._corners
         return max(math.dist(a, b), math.dist(d, c)), max(math.dist(a, d), math.dist(b, c))
 
@@ -251,24 +250,24 @@ class Quadrilateral(Flat):
         return (min(x), min(y)), (max(x), max(y))
 
     def within(self, x: float, y: float, slack: float) -> bool:
-        """Left of all its sides, give or take `slack` (m)."""
+        """Return whether a point lies left of all sides, within `slack` (m)."""
         at = self._corners
         sides = ((at[i], at[(i + 1) % 4]) for i in range(4))
-        return all(_twice(a, b, (x, y)) >= -slack * math.dist(a, b) for a, b in sides)
+        return all(_doubled_area(a, b, (x, y)) >= -slack * math.dist(a, b) for a, b in sides)
 
 
-def _twice(a: Place, b: Place, c: Place) -> float:
-    """Twice the area of a triangle, positive counter-clockwise, m^2."""
+def _doubled_area(a: Place, b: Place, c: Place) -> float:
+    """Return twice the area of a triangle, positive counter-clockwise, m^2."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 @dataclass(frozen=True)
-class QuarterRing(Flat):
-    """The quarter x >= 0, y >= 0 of what lies between two ellipses, or two circles, around the origin.
+class QuarterRing(PlaneRegion):
+    """The quarter x >= 0, y >= 0 of the region between two ellipses, or two circles, around the origin.
 
-    For `plane_strain` and `plane_stress`: with `symmetric(...)` on both straight sides it stands for the whole. Cells
+    For `plane_strain` and `plane_stress`: with `symmetric(...)` on both straight sides it represents the whole. Cells
     go from one ellipse to the other along straight lines between points of equal eccentric angle, and all nodes of
-    curved sides lie on them. `size` is that of cells where they are largest.
+    curved sides lie on them. `size` is the largest cell size.
     """
 
     across = "turn"
@@ -288,18 +287,18 @@ class QuarterRing(Flat):
 
     @property
     def fault(self) -> str:
-        """A wall that is not there."""
+        """Return an error if the wall is empty."""
         (a, b), (c, d) = self._hole, self._border
         return "" if a < c and b < d else "its hole must be smaller than its outer border, along x and along y"
 
     def __call__(self, s: Any, t: Any) -> tuple[Any, Any]:
-        """s goes out from the hole, t around from the x axis."""
+        """Return the point at s outward from the hole and t around from the x axis."""
         turn = 0.5 * math.pi * t
         (a, b), (c, d) = self._hole, self._border
         return (a + s * (c - a)) * np.cos(turn) * (t < 1), (b + s * (d - b)) * np.sin(turn)  # 0 on the y axis, exactly
 
     def place(self, **at: float) -> Vector3:
-        """A point by its two coordinates, m: without arrays."""
+        """Return the point with two given coordinates, m, without arrays."""
         turn, s = 0.5 * math.pi * at["turn"], at["s"]
         (a, b), (c, d) = self._hole, self._border
         return (a + s * (c - a)) * math.cos(turn), (b + s * (d - b)) * math.sin(turn), 0.0
@@ -312,7 +311,7 @@ class QuarterRing(Flat):
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """The wall at its thickest, and a quarter of the circle around all of it, m."""
+        """Largest wall thickness, and a quarter of the circumscribed circle, m."""
         (a, b), (c, d) = self._hole, self._border
         return max(c - a, d - b), 0.5 * math.pi * max(c, d)
 
@@ -322,32 +321,32 @@ class QuarterRing(Flat):
         return (0.0, 0.0), self._border
 
     def within(self, x: float, y: float, slack: float) -> bool:
-        """In the quarter, and between the ellipses, give or take `slack` (m)."""
+        """Return whether a point lies in the quarter and between the ellipses, within `slack` (m)."""
         (a, b), (c, d) = self._hole, self._border
         out, off = math.hypot(x / a, y / b) - 1.0, math.hypot(x / c, y / d) - 1.0
         return x >= -slack and y >= -slack and out >= -slack / min(a, b) and off <= slack / min(c, d)
 
     @property
-    def sides(self) -> tuple[Side, ...]:
-        """The hole and the outer border."""
-        return (Elliptic(*self._border), Elliptic(*self._hole))
+    def sides(self) -> tuple[CurvedSide, ...]:
+        """Hole and outer border."""
+        return (EllipticCylinderSide(*self._border), EllipticCylinderSide(*self._hole))
 
 
 @dataclass(frozen=True)
-class Elliptic(Side):
-    """An elliptic cylinder around the z axis: semi-axes along x and y, m. Points go straight away from the axis."""
+class EllipticCylinderSide(CurvedSide):
+    """An elliptic cylinder around the z axis: semi-axes along x and y, m. Points are projected away from the axis."""
 
     a: float
     b: float
 
     def of(self, corners: Floats) -> NDArray[np.bool_]:
-        """Which facets (f, k, 3) have all their nodes on it (f,)."""
+        """Return which facets (f, k, 3) have all their nodes on it (f,)."""
         unit = np.hypot(corners[..., 0] / self.a, corners[..., 1] / self.b)
         found: NDArray[np.bool_] = np.asarray((np.abs(unit - 1.0) < ON).all(axis=1))
         return found
 
     def onto(self, place: Any) -> Any:
-        """Points off the axis, moved straight away from it."""
+        """Return points projected away from the axis onto it."""
         x, y, z = place
         out = ((x * (1.0 / self.a)) ** 2 + (y * (1.0 / self.b)) ** 2) ** -0.5
         return x * out, y * out, z

@@ -1,9 +1,8 @@
-"""Quadrature rules with few points and positive weights that keep given moments of a rule with many points.
+"""Quadrature rules with few points and positive weights that preserve given moments of a rule with many points.
 
-Caratheodory's theorem, for rules by Tchakaloff (1957): a sum of n columns with positive weights is one of as many
-columns
-as they have independent directions. Points are taken one by one; each is added to a basis of columns, or takes the
-place of one whose weight runs out, as in the simplex method.
+Caratheodory's theorem, for rules by Tchakaloff (1957): a sum of n columns with positive weights equals one of as many
+columns as they have independent directions. Points are processed one by one; each is added to a basis of columns, or
+replaces one whose weight vanishes, as in the simplex method.
 """
 
 from __future__ import annotations
@@ -17,12 +16,12 @@ NOTHING = 1e-10  # of a column's coordinates: rounding
 ALIKE = 1e-12  # of the largest eigenvalue of functions' products: below it they are the same functions
 
 
-def positive_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Floats, Floats]:
-    """Points that are kept of the rule of each cell, and their weights.
+def reduce_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, Floats, Floats]:
+    """Return the points that are kept from each cell's rule, and their weights.
 
-    `cell` (n,), sorted, numbers the cell of each point, `V` (n, r) are the functions whose integrals are kept and `w`
-    (n,) the weights. Returns numbers of points (k,), their weights (k,), and the largest relative miss of a moment in
-    each cell (count,), which is rounding of many exchanges.
+    `cell` (n,), sorted, numbers the cell of each point, `V` (n, r) are the functions whose integrals are preserved and
+    `w` (n,) the weights. Returns numbers of points (k,), their weights (k,), and the largest relative error of a moment
+    in each cell (count,), which is rounding of many exchanges.
     """
     kept, starts = np.zeros(len(w)), np.searchsorted(cell, np.arange(count + 1))
     missed = np.zeros(count)
@@ -31,30 +30,30 @@ def positive_rules(cell: Ints, V: Floats, w: Floats, count: int) -> tuple[Ints, 
         own = np.ascontiguousarray(V[a:b])
         scale = np.abs(own).T @ w[a:b]
         own = own / np.where(scale > NOTHING * scale.max(), scale, np.inf)  # what vanishes at all points is rounding
-        order = _spread(b - a)
+        order = _spread_order(b - a)
         found = np.zeros(b - a)
         basis = _orthonormal(own, w[a:b])
         r = basis.shape[1]
         _reduce(basis, w[a:b], order, np.eye(r), np.full(r, -1), np.zeros((2, r)), found)
-        missed[i] = _corrected(own, own.T @ w[a:b], found)
+        missed[i] = _correct_weights(own, own.T @ w[a:b], found)
         kept[a:b] = found
     which = np.flatnonzero(kept > 0.0)
     return which, kept[which], missed
 
 
 def _orthonormal(V: Floats, w: Floats) -> Floats:
-    """Functions (n, k), orthonormal by the weights w (n,), of which those of V (n, r) are made, up to rounding."""
+    """Return functions (n, k), orthonormal by the weights w (n,), that span those of V (n, r) up to rounding."""
     products = np.zeros((V.shape[1], V.shape[1]))
     _products(V, w, products)
     size, ways = np.linalg.eigh(products)
     kept = size > ALIKE * size[-1]
     found = np.zeros((len(V), int(kept.sum())))
-    _times(V, np.ascontiguousarray(ways[:, kept] / np.sqrt(size[kept])), found)
+    _multiply(V, np.ascontiguousarray(ways[:, kept] / np.sqrt(size[kept])), found)
     return found
 
 
-def _corrected(V: Floats, moments: Floats, found: Floats) -> float:
-    """Remove rounding from the weights `found` (n,); return the largest miss of a moment that is left."""
+def _correct_weights(V: Floats, moments: Floats, found: Floats) -> float:
+    """Remove rounding from the weights `found` (n,); return the largest remaining error of a moment."""
     some = np.flatnonzero(found > 0.0)
     change = np.linalg.lstsq(V[some].T, moments - V[some].T @ found[some], rcond=1e-12)[0]
     if np.all(found[some] + change >= 0.0):
@@ -62,14 +61,14 @@ def _corrected(V: Floats, moments: Floats, found: Floats) -> float:
     return float(np.abs(V[some].T @ found[some] - moments).max(initial=0.0))
 
 
-def _spread(n: int) -> Ints:
-    """Numbers 0 to n - 1, neighbours apart: a basis of points that lie together is a poor one."""
+def _spread_order(n: int) -> Ints:
+    """Return the numbers 0 to n - 1 in an order that separates neighbours: close points make a poor basis."""
     return np.argsort((np.arange(n) * 0.6180339887498949) % 1.0).astype(np.int64)
 
 
 @kernel
 def _products(V: Floats, w: Floats, found: Floats) -> None:
-    """V^T diag(w) V, without the threads of a library: they cost more than they bring where others run."""
+    """Compute V^T diag(w) V without a library's threads, which cost more than they gain in parallel runs."""
     for k in range(len(V)):
         for i in range(V.shape[1]):
             a = w[k] * V[k, i]
@@ -78,8 +77,8 @@ def _products(V: Floats, w: Floats, found: Floats) -> None:
 
 
 @kernel
-def _times(V: Floats, T: Floats, found: Floats) -> None:
-    """V T."""
+def _multiply(V: Floats, T: Floats, found: Floats) -> None:
+    """Compute V T."""
     for k in range(len(V)):
         for i in range(T.shape[0]):
             for j in range(T.shape[1]):
@@ -88,10 +87,11 @@ def _times(V: Floats, T: Floats, found: Floats) -> None:
 
 @kernel
 def _reduce(V: Floats, w: Floats, order: Ints, inverse: Floats, basis: Ints, own: Floats, kept: Floats) -> None:
-    """Add to `kept` (n,) the weights of at most r points of a rule w (n,), which keep the sums of the rows of V (n, r).
+    """Add to `kept` (n,) the weights of at most r points of a rule w (n,) that preserve the sums of the rows of V (n,
+    r).
 
-    `inverse` (r, r) of the basis begins as the identity, the numbers of its points `basis` (r,) as -1, of columns that
-    are no points and have weight zero; `own` (2, r) are zeros.
+    `inverse` (r, r) of the basis starts as the identity, and the numbers of its points `basis` (r,) as -1, for columns
+    that are no points and have weight zero; `own` (2, r) are zeros.
     """
     r = V.shape[1]
     weight, d = own[0], own[1]

@@ -1,4 +1,4 @@
-"""Pressures of mixed elements: which cells share them, and their shape functions."""
+"""Pressure interpolation of mixed elements: the pressure unknowns of cells, and their shape functions."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 
 @dataclass(frozen=True)
-class Pressures:
-    """`cells` (m, b): the numbers, from 0, of each cell's pressures; `N` (q, b) their shape functions; how many."""
+class PressureSpace:
+    """Numbers from 0 of each cell's pressures `cells` (m, b); their shape functions `N` (q, b); and their count."""
 
     cells: Ints
     N: Floats
     count: int
 
 
-def pressures(mesh: Mesh, rule: Rule | None = None) -> Pressures:
-    """Continuous and linear between corners, or one in each cell, as the element says.
+def build_pressure_space(mesh: Mesh, rule: Rule | None = None) -> PressureSpace:
+    """Return the element's pressures: continuous and linear between corners, or one in each cell.
 
     Raises KeyError for elements that have none: a linear tetrahedron has too few displacements for any pressure.
     """
@@ -29,7 +29,7 @@ def pressures(mesh: Mesh, rule: Rule | None = None) -> Pressures:
     if element.pressures == "corners":
         corners, numbers = np.unique(mesh.cells[:, : element.corners], return_inverse=True)
         cells = numbers.reshape(-1, element.corners).astype(np.int64)
-        return Pressures(cells, element_of(element.linear).shape(xi), len(corners))
+        return PressureSpace(cells, element_of(element.linear).shape(xi), len(corners))
     if element.pressures == "cell":
-        return Pressures(np.arange(len(mesh.cells))[:, None], np.ones((len(xi), 1)), len(mesh.cells))
+        return PressureSpace(np.arange(len(mesh.cells))[:, None], np.ones((len(xi), 1)), len(mesh.cells))
     raise KeyError(mesh.kind)

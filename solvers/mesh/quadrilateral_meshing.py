@@ -1,7 +1,7 @@
-"""Plane meshes of quadrilaterals in polygons: grids where the sides allow one, and else triangles, each cut in three.
+"""Quadrilateral meshes of polygons: grids if the sides allow, and else triangles, each split into three.
 
-Triangles are those of Delaunay, refined as Ruppert (1995, J. Algorithms 18:548) has it: a side that a point comes near
-to is halved, and a triangle that is too large or too thin gets a point in the middle of its circle.
+Triangles are Delaunay, refined by Ruppert (1995, J. Algorithms 18:548): a side with a point close to it is halved, and
+a triangle that is too large or too thin gets a point at its circumcentre.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ import math
 
 import numpy as np
 
-from softmark.solvers.mesh.cell_counts import divisions
-from softmark.solvers.mesh.conforming_planes import Cut, along
-from softmark.solvers.mesh.files.triangle_proximity import ends_of
+from softmark.solvers.mesh.cell_counts import count_divisions
+from softmark.solvers.mesh.conforming_planes import Cut, cuts_along
+from softmark.solvers.mesh.files.triangle_proximity import edges_of_triangles
 from softmark.solvers.mesh.mesh import Floats, Ints
-from softmark.solvers.mesh.polygons import Corners, edges, ends, square, turns
-from softmark.solvers.mesh.structured_meshes import PlaneMesh, grid, grid_of, line_of
+from softmark.solvers.mesh.polygons import Corners, coordinate_range, edges, is_axis_parallel, turn_sines
+from softmark.solvers.mesh.structured_meshes import PlaneMesh, grid, grid_between_lines, lines_through
 
 LARGE = 1.0  # sizes: the circle of a triangle may be as large as an equilateral triangle's of twice the size, and a bit
 THIN = 1.3  # radius of a triangle's circle over its shortest edge: 22.6 degrees is the least angle then
@@ -23,37 +23,37 @@ SHORTEST = 0.2  # of the size, and of the shortest side: no side is halved to le
 ROUNDS, SMOOTHED = 60, 6
 
 
-def quads(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """Cells with edges of about `size` (m) in a simple polygon whose corners go counter-clockwise.
+def mesh_polygon(corners: Corners, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """Return quadrilaterals with edges of about `size` (m) in a simple polygon with counter-clockwise corners.
 
-    Of one whose sides go along the axes, lines of the grid lie on the cuts of `first` and `second`.
+    If its sides are parallel to the axes, grid lines lie on the cuts of `first` and `second`.
     """
-    if square(corners):
+    if is_axis_parallel(corners):
         return _rectilinear(corners, size, cuts)
-    if len(corners) == 4 and min(turns(corners)) > 0.3:
+    if len(corners) == 4 and min(turn_sines(corners)) > 0.3:
         return _bilinear(corners, size)
-    return _in_three(*triangles(corners, 2.0 * size))
+    return _split_triangles(*triangulate(corners, 2.0 * size))
 
 
 # ------------------------------------------------------------------ grids
 
 
 def _rectilinear(corners: Corners, size: float, cuts: tuple[Cut, ...]) -> PlaneMesh:
-    """The cells of a grid through all corners that lie within."""
-    (left, low), (right, high) = ends(corners)
-    x = line_of(left, right, size, [c[0] for c in corners], along(cuts, "first"))
-    y = line_of(low, high, size, [c[1] for c in corners], along(cuts, "second"))
-    whole = grid_of(x, y)
+    """Return the cells inside of a grid through all corners."""
+    (left, low), (right, high) = coordinate_range(corners)
+    x = lines_through(left, right, size, [c[0] for c in corners], cuts_along(cuts, "first"))
+    y = lines_through(low, high, size, [c[1] for c in corners], cuts_along(cuts, "second"))
+    whole = grid_between_lines(x, y)
     middles = whole.points[whole.quads].mean(axis=1)
-    used, cells = np.unique(whole.quads[inside(corners, middles)], return_inverse=True)
+    used, cells = np.unique(whole.quads[is_inside(corners, middles)], return_inverse=True)
     return PlaneMesh(whole.points[used], cells.reshape(-1, 4).astype(np.int64), whole.colour[used])
 
 
 def _bilinear(corners: Corners, size: float) -> PlaneMesh:
-    """A grid between opposite sides."""
+    """Return a grid between opposite sides."""
     a, b, c, d = (np.array(p) for p in corners)
     lengths = [math.dist(*side) for side in edges(corners)]
-    whole = grid(divisions(max(lengths[0], lengths[2]), size), divisions(max(lengths[1], lengths[3]), size))
+    whole = grid(count_divisions(max(lengths[0], lengths[2]), size), count_divisions(max(lengths[1], lengths[3]), size))
     s, t = whole.points.T[..., None]
     points = (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d
     return PlaneMesh(points, whole.quads, whole.colour)
@@ -62,10 +62,10 @@ def _bilinear(corners: Corners, size: float) -> PlaneMesh:
 # ------------------------------------------------------------------ triangles
 
 
-def _in_three(points: Floats, cells: Ints) -> PlaneMesh:
-    """Each triangle cut from its middle to those of its sides: corners and middles have one colour, sides the other."""
+def _split_triangles(points: Floats, cells: Ints) -> PlaneMesh:
+    """Split each triangle from its centroid to the middles of its sides; corners and centroids get one colour."""
     n = len(points)
-    sides = np.sort(ends_of(cells), axis=1)
+    sides = np.sort(edges_of_triangles(cells), axis=1)
     pairs, number = np.unique(sides, axis=0, return_inverse=True)
     at = n + number.reshape(-1, 3)
     centre = n + len(pairs) + np.arange(len(cells))
@@ -75,28 +75,28 @@ def _in_three(points: Floats, cells: Ints) -> PlaneMesh:
     return PlaneMesh(every, quads.reshape(-1, 4).astype(np.int64), colour)
 
 
-def triangles(corners: Corners, size: float) -> tuple[Floats, Ints]:
-    """Points (n, 2), m, and triangles (t, 3), counter-clockwise, with edges of about `size` (m) in a polygon."""
+def triangulate(corners: Corners, size: float) -> tuple[Floats, Ints]:
+    """Return points (n, 2), m, and triangles (t, 3), counter-clockwise, with edges of about `size` (m), in a polygon."""
     border, sides = _border(corners, size)
     points = np.concatenate([border, _lattice(corners, border, sides, size)])
     shortest = min(math.dist(*side) for side in edges(corners))
     least = SHORTEST * min(size, shortest)
     for _ in range(ROUNDS):
         cells = _delaunay(points, corners)
-        split = _near(points, sides, cells, least)
-        new, more = _middles(points, sides, cells, size, least) if not split.any() else (points[:0], split)
+        split = _encroached_sides(points, sides, cells, least)
+        new, more = _refinement_points(points, sides, cells, size, least) if not split.any() else (points[:0], split)
         if not len(new) and not more.any():
             break
-        points, sides = _halved(points, sides, more)
+        points, sides = _split_sides(points, sides, more)
         points = np.concatenate([points, new])
-    return _smoothed(points, sides, corners)
+    return _smooth(points, sides, corners)
 
 
 def _border(corners: Corners, size: float) -> tuple[Floats, Ints]:
-    """Points along the sides, and pairs of them that are a side's parts (s, 2)."""
+    """Return points along the sides, and the pairs of them that make up the sides (s, 2)."""
     found: list[Floats] = []
     for a, b in edges(corners):
-        n = divisions(math.dist(a, b), size)
+        n = count_divisions(math.dist(a, b), size)
         t = np.arange(n)[:, None] / n
         found.append((1.0 - t) * np.array(a) + t * np.array(b))
     points = np.concatenate(found)
@@ -105,21 +105,21 @@ def _border(corners: Corners, size: float) -> tuple[Floats, Ints]:
 
 
 def _lattice(corners: Corners, border: Floats, sides: Ints, size: float) -> Floats:
-    """Points of a lattice of equilateral triangles that are within, and not near to the border."""
-    (left, low), (right, high) = ends(corners)
+    """Return the points of an equilateral lattice that lie inside and not near the border."""
+    (left, low), (right, high) = coordinate_range(corners)
     rows = np.arange(low, high, size * math.sqrt(0.75))
     columns = np.arange(left, right + size, size)
     x, y = np.meshgrid(columns, rows)
     x = x - 0.5 * size * (np.arange(len(rows)) % 2)[:, None]
     points = np.stack([x.ravel(), y.ravel()], axis=1)
-    points = points[inside(corners, points)]
-    far = _from_sides(points, border[sides]) > 0.55 * size
+    points = points[is_inside(corners, points)]
+    far = _distance_to_sides(points, border[sides]) > 0.55 * size
     found: Floats = points[far]
     return found
 
 
-def _from_sides(points: Floats, sides: Floats) -> Floats:
-    """How far points (n, 2) are from the nearest of sides (s, 2, 2), (n,), m."""
+def _distance_to_sides(points: Floats, sides: Floats) -> Floats:
+    """Return the distance (n,), m, of points (n, 2) from the nearest of sides (s, 2, 2)."""
     best = np.full(len(points), np.inf)
     for a, b in sides:
         d = b - a
@@ -128,8 +128,8 @@ def _from_sides(points: Floats, sides: Floats) -> Floats:
     return best
 
 
-def inside(corners: Corners, points: Floats) -> np.ndarray:
-    """Which points (n, 2) lie in a polygon (n,): a ray to the right crosses its sides an odd number of times."""
+def is_inside(corners: Corners, points: Floats) -> np.ndarray:
+    """Return which points (n, 2) lie in a polygon (n,): a ray to the right crosses its sides an odd number of times."""
     found = np.zeros(len(points), dtype=np.bool_)
     x, y = points.T
     for (a, b), (c, d) in edges(corners):
@@ -139,7 +139,7 @@ def inside(corners: Corners, points: Floats) -> np.ndarray:
 
 
 def _delaunay(points: Floats, corners: Corners) -> Ints:
-    """The triangles of Delaunay that lie in a polygon (t, 3), counter-clockwise."""
+    """Return the Delaunay triangles in a polygon (t, 3), counter-clockwise."""
     from scipy.spatial import Delaunay
 
     cells = Delaunay(points).simplices.astype(np.int64)
@@ -147,7 +147,7 @@ def _delaunay(points: Floats, corners: Corners) -> Ints:
     cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
     sound = np.abs(area) > 1e-12 * float(np.abs(area).max())
     cells = cells[sound]
-    found: Ints = cells[inside(corners, points[cells].mean(axis=1))]
+    found: Ints = cells[is_inside(corners, points[cells].mean(axis=1))]
     return found
 
 
@@ -157,10 +157,10 @@ def _areas(points: Floats, cells: Ints) -> Floats:
     return found
 
 
-def _near(points: Floats, sides: Ints, cells: Ints, least: float) -> np.ndarray:
-    """Which sides are no edge of a triangle, or have a point in their circle that a triangle joins to them (s,)."""
+def _encroached_sides(points: Floats, sides: Ints, cells: Ints, least: float) -> np.ndarray:
+    """Return which sides (s,) are no triangle edge, or have the opposite point of a triangle in their circle."""
     n = len(points)
-    own = np.sort(ends_of(cells), axis=1) @ [n, 1]
+    own = np.sort(edges_of_triangles(cells), axis=1) @ [n, 1]
     opposite = cells[:, [2, 0, 1]].ravel()
     order = np.argsort(own)
     keys = np.sort(sides, axis=1) @ [n, 1]
@@ -174,8 +174,10 @@ def _near(points: Floats, sides: Ints, cells: Ints, least: float) -> np.ndarray:
     return found
 
 
-def _middles(points: Floats, sides: Ints, cells: Ints, size: float, least: float) -> tuple[Floats, np.ndarray]:
-    """Middles of the circles of bad triangles, some far from each other; or sides that these come near to."""
+def _refinement_points(
+    points: Floats, sides: Ints, cells: Ints, size: float, least: float
+) -> tuple[Floats, np.ndarray]:
+    """Return circumcentres of bad triangles, some distance apart; or the sides that they come too near to."""
     X = points[cells]
     edge = np.linalg.norm(X - np.roll(X, 1, axis=1), axis=2)
     radius = edge.prod(axis=1) / (4.0 * _areas(points, cells))
@@ -199,7 +201,7 @@ def _middles(points: Floats, sides: Ints, cells: Ints, size: float, least: float
 
 
 def _circumcentres(X: Floats) -> Floats:
-    """Of triangles (t, 3, 2)."""
+    """Return the circumcentres of triangles (t, 3, 2)."""
     b, c = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
     d = 2.0 * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
     bb, cc = (b**2).sum(axis=1), (c**2).sum(axis=1)
@@ -208,36 +210,38 @@ def _circumcentres(X: Floats) -> Floats:
     return found
 
 
-def _halved(points: Floats, sides: Ints, which: np.ndarray) -> tuple[Floats, Ints]:
-    """Some sides with a point in their middle."""
+def _split_sides(points: Floats, sides: Ints, which: np.ndarray) -> tuple[Floats, Ints]:
+    """Split some sides at their middle."""
     own = sides[which]
     new = len(points) + np.arange(len(own))
     halves = np.concatenate([np.stack([own[:, 0], new], axis=1), np.stack([new, own[:, 1]], axis=1)])
     return np.concatenate([points, points[own].mean(axis=1)]), np.concatenate([sides[~which], halves])
 
 
-def _smoothed(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints]:
-    """Inner points moved to the middle of their neighbours, as long as the worst triangle gets no worse."""
+def _smooth(points: Floats, sides: Ints, corners: Corners) -> tuple[Floats, Ints]:
+    """Move inner points to the mean of their neighbours, as long as the worst triangle gets no worse."""
     cells = _delaunay(points, corners)
     free = np.ones(len(points), dtype=np.bool_)
     free[sides] = False
     for _ in range(SMOOTHED):
-        pairs = np.unique(np.sort(ends_of(cells), axis=1), axis=0)
+        pairs = np.unique(np.sort(edges_of_triangles(cells), axis=1), axis=0)
         total, count = np.zeros_like(points), np.zeros(len(points))
         for i, j in (pairs.T, pairs.T[::-1]):
             np.add.at(total, i, points[j])
             np.add.at(count, i, 1.0)
         moved = np.where((free & (count > 0))[:, None], total / np.maximum(count, 1.0)[:, None], points)
         again = _delaunay(moved, corners)
-        if _near(moved, sides, again, np.inf).any() or _worst(moved, again) < _worst(points, cells):
+        if _encroached_sides(moved, sides, again, np.inf).any() or _worst_quality(moved, again) < _worst_quality(
+            points, cells
+        ):
             break
         points, cells = moved, again
     used, number = np.unique(cells, return_inverse=True)
     return points[used], number.reshape(-1, 3).astype(np.int64)
 
 
-def _worst(points: Floats, cells: Ints) -> float:
-    """The lowest quality: four times the root of three times the area over the squares of the edges, 1 at the best."""
+def _worst_quality(points: Floats, cells: Ints) -> float:
+    """Return the lowest quality: 4 sqrt(3) times the area over the sum of squared edges, 1 at best."""
     X = points[cells]
     squares = ((X - np.roll(X, 1, axis=1)) ** 2).sum(axis=(1, 2))
     return float((4.0 * math.sqrt(3.0) * _areas(points, cells) / squares).min())

@@ -1,4 +1,4 @@
-"""Bodies of revolution: a polygon turned around an axis, and cones."""
+"""Bodies of revolution: a polygon revolved about an axis, and cones."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
 from softmark.solvers.mesh import polygons
-from softmark.solvers.mesh.cell_counts import divisions, of_disc
-from softmark.solvers.mesh.conforming_planes import Cut, along, cells
-from softmark.solvers.mesh.curved_boundary import Conical
+from softmark.solvers.mesh.cell_counts import count_disc_cells, count_divisions
+from softmark.solvers.mesh.conforming_planes import Cut, count_cells, cuts_along
+from softmark.solvers.mesh.curved_boundary import ConeSide
 from softmark.solvers.mesh.polygons import Corners
-from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3, dot, moved, transverse
+from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3, add_multiples, dot, transverse
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh import Mesh
@@ -24,7 +24,9 @@ HEXAHEDRA = "it meets its axis at a tip, or more than once"
 
 @dataclass(frozen=True)
 class Ring:
-    """A flat part of the surface, around the axis: `at` it, from `inner` to `outer` (m); it looks `up` or back."""
+    """A flat part of the surface around the axis: at `at` along it, from `inner` to `outer` radius (m); normal `up` or
+    down.
+    """
 
     at: float
     inner: float
@@ -33,7 +35,7 @@ class Ring:
 
 
 class Revolution(Shape):
-    """What a polygon sweeps whose corners are distances from an axis, and places along it from `origin`, m."""
+    """A body swept by a polygon whose corners are radii and positions along an axis from `origin`, m."""
 
     if TYPE_CHECKING:
 
@@ -43,21 +45,21 @@ class Revolution(Shape):
 
         @property
         def origin(self) -> Vector3:
-            """Where its coordinate is zero, m."""
+            """Origin of the axial coordinate, m."""
 
     @property
     def outline(self) -> Corners:
-        """The corners, counter-clockwise in the plane of (r, z), m."""
+        """Corners, counter-clockwise in the plane of (r, z), m."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     @property
     def widest(self) -> float:
-        """The largest, m."""
+        """Largest radius, m."""
         return max(r for r, _ in self.outline)
 
     @property
     def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m: of the circles of its corners."""
+        """Lowest and highest coordinates, m, from the circles of its corners."""
         low, high = [math.inf] * 3, [-math.inf] * 3
         for r, z in self.outline:
             for i, (o, a) in enumerate(zip(self.origin, self.axis, strict=True)):
@@ -67,54 +69,54 @@ class Revolution(Shape):
 
     @property
     def volume(self) -> float:
-        """Exact volume, m^3: that of Pappus."""
-        return 2.0 * math.pi * polygons.centroid(self.outline)[0] * polygons.signed(self.outline)
+        """Exact volume, m^3, by Pappus's theorem."""
+        return 2.0 * math.pi * polygons.centroid(self.outline)[0] * polygons.signed_area(self.outline)
 
     def contains(self, point: Vector3) -> bool:
-        """Whether it holds a point, give or take 1e-9 of its size."""
+        """Return whether the body contains a point, within 1e-9 of its size."""
         off = [p - o for p, o in zip(point, self.origin, strict=True)]
         z, *across = (dot(off, e) for e in (self.axis, *transverse(self.axis)))
-        return polygons.within(self.outline, math.hypot(*across), z, polygons.SAME * self.diagonal)
+        return polygons.contains_point(self.outline, math.hypot(*across), z, polygons.SAME * self.diagonal)
 
     @property
-    def slanted(self) -> tuple[tuple[Conical, bool], ...]:
-        """Its curved sides, and whether each looks away from the axis."""
+    def slanted(self) -> tuple[tuple[ConeSide, bool], ...]:
+        """Curved sides, and for each whether it faces away from the axis."""
         found, least = [], ON_AXIS * self.widest
         for (a, b), (c, d) in polygons.edges(self.outline):
             if abs(d - b) <= least or max(a, c) <= least:
                 continue
             (r, z), (q, w) = ((a, b), (c, d)) if d > b else ((c, d), (a, b))
-            found.append((Conical(self.axis, moved(self.origin, (z, self.axis)), w - z, r, q), d > b))
+            found.append((ConeSide(self.axis, add_multiples(self.origin, (z, self.axis)), w - z, r, q), d > b))
         return tuple(found)
 
     @property
-    def sides(self) -> tuple[Conical, ...]:
-        """Its curved sides."""
+    def sides(self) -> tuple[ConeSide, ...]:
+        """Curved sides."""
         return tuple(side for side, _ in self.slanted)
 
     @property
     def rings(self) -> tuple[Ring, ...]:
-        """The flat parts of its surface."""
+        """Flat parts of the surface."""
         sides, least = polygons.edges(self.outline), ON_AXIS * self.widest
         return tuple(Ring(b, min(a, c), max(a, c), c < a) for (a, b), (c, d) in sides if abs(d - b) <= least)
 
     @property
     def skin(self) -> float:
-        """Exact area of its surface, m^2: that of Pappus."""
+        """Exact surface area, m^2, by Pappus's theorem."""
         return sum(math.pi * (a + c) * math.dist((a, b), (c, d)) for (a, b), (c, d) in polygons.edges(self.outline))
 
 
 @dataclass(frozen=True)
 class Revolved(Revolution):
-    """A polygon turned around an axis: a body of revolution with straight edges in its section.
+    """A polygon revolved about an axis: a body of revolution with straight edges in its section.
 
-    Corners are pairs of the distance from the axis (r, not negative) and the place along it (z), in either sense around
-    the polygon, each once; the last is joined to the first. A side on the axis makes it solid there. Sides must not
-    cross or touch, and none may touch the axis at a point alone. Cells of the section are those of `extruded`, swept
-    around; a body that ends flat where it meets the axis, such as a stepped shaft, has a core of well-shaped cells.
-    Another that meets the axis, such as one with a tip, is meshed with tetrahedra alone, which are thin at the axis.
-    The mesh is inscribed: its points lie on the circles, so that a coarse mesh of linear elements holds less volume, or
-    around a hollow more (the report says how much).
+    Corners are pairs of the distance from the axis (r, not negative) and the position along it (z), in either sense
+    around the polygon, each once; the last is joined to the first. A side on the axis makes it solid there. Sides must
+    not cross or touch, and none may touch the axis at a single point. Cells of the section are those of `extruded`,
+    swept around; a body whose ends are flat where it meets the axis, such as a stepped shaft, has a core of well-shaped
+    cells. Any other that meets the axis, such as one with a tip, is meshed with tetrahedra only, which are thin at the
+    axis. The mesh is inscribed: its points lie on the circles, so that a coarse mesh of linear elements has less
+    volume, or more around a hollow (the report says how much).
     """
 
     gap = "no convex body"
@@ -125,49 +127,53 @@ class Revolved(Revolution):
 
     @property
     def fault(self) -> str:
-        """What is wrong with the polygon, and where it goes past its axis."""
+        """Return an error of the polygon, or where it crosses its axis."""
         if any(r < 0.0 for r, _ in self.corners):
             return "its section reaches past the axis: distances from it must not be negative"
-        return polygons.fault(self.corners) or _pinched(polygons.turned(self.corners))
+        return polygons.fault(self.corners) or _find_pinch(polygons.orient_counterclockwise(self.corners))
 
     @property
     def convex(self) -> bool:
-        """Whether it is solid, and its section convex."""
-        return not self.fault and len(self.on_axis) > 1 and polygons.convex(self.outline)
+        """True if it is solid and its section convex."""
+        return not self.fault and len(self.on_axis) > 1 and polygons.is_convex(self.outline)
 
     @property
     def outline(self) -> Corners:
-        """The corners, counter-clockwise in the plane of (r, z), m."""
-        return polygons.turned(self.corners) if self.corners else ((0.0, 0.0),)
+        """Corners, counter-clockwise in the plane of (r, z), m."""
+        return polygons.orient_counterclockwise(self.corners) if self.corners else ((0.0, 0.0),)
 
     @property
     def on_axis(self) -> tuple[int, ...]:
-        """Which of its corners lie on the axis."""
+        """Indices of the corners on the axis."""
         return _on_axis(self.outline)
 
     @property
     def cored(self) -> bool:
-        """Whether it meets the axis once, and ends flat there."""
-        return _cored(self.outline)
+        """True if it meets the axis in one segment, with flat ends there."""
+        return _has_core(self.outline)
 
     @property
     def lacks(self) -> str:
-        """Why it has no mesh of hexahedra; "" where it has one."""
+        """Return why it has no mesh of hexahedra; "" if it has one."""
         return "" if not self.on_axis or self.cored else HEXAHEDRA
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) across the section, of all its width and height, and around."""
-        (left, low), (right, high) = polygons.ends(self.outline)
-        return divisions(right - left, size), divisions(high - low, size), 8 * divisions(math.pi * right / 4, size)
+        """Return cell counts of a mesh of a size (m): across the section's width and height, and around."""
+        (left, low), (right, high) = polygons.coordinate_range(self.outline)
+        return (
+            count_divisions(right - left, size),
+            count_divisions(high - low, size),
+            8 * count_divisions(math.pi * right / 4, size),
+        )
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m). Raises UnknownElement."""
-        from softmark.solvers.mesh.revolved_meshes import around
-        from softmark.solvers.mesh.shape import placed
-        from softmark.solvers.mesh.structured_meshes import rounded
+        """Return a mesh of an element with edges of about `size` (m). Raises UnknownElement."""
+        from softmark.solvers.mesh.revolved_meshes import sweep_polygon
+        from softmark.solvers.mesh.shape import place_mesh
+        from softmark.solvers.mesh.structured_meshes import curve_sides
 
-        made = around(self.outline, self.counts(size)[-1], size, kind, bool(self.on_axis), self.cored)
-        return rounded(placed(made, self.axis, self.origin), self.sides)
+        made = sweep_polygon(self.outline, self.counts(size)[-1], size, kind, bool(self.on_axis), self.cored)
+        return curve_sides(place_mesh(made, self.axis, self.origin), self.sides)
 
 
 def _on_axis(outline: Corners) -> tuple[int, ...]:
@@ -176,8 +182,8 @@ def _on_axis(outline: Corners) -> tuple[int, ...]:
 
 
 @lru_cache(maxsize=64)
-def _pinched(outline: Corners) -> str:
-    """Where a corner of a sound polygon touches the axis without a side along it."""
+def _find_pinch(outline: Corners) -> str:
+    """Return where a corner of a valid polygon touches the axis without a side along it."""
     there = set(_on_axis(outline))
     n = len(outline)
     alone = [i for i in there if (i - 1) % n not in there and (i + 1) % n not in there]
@@ -188,8 +194,8 @@ def _pinched(outline: Corners) -> str:
 
 
 @lru_cache(maxsize=64)
-def _cored(outline: Corners) -> bool:
-    """Whether a polygon has one run of sides on the axis, and flat ones at its ends."""
+def _has_core(outline: Corners) -> bool:
+    """Return whether a polygon has one run of sides on the axis, with flat sides at its ends."""
     there, n = _on_axis(outline), len(outline)
     if len(there) < 2:
         return False
@@ -206,9 +212,9 @@ def _cored(outline: Corners) -> bool:
 class Cone(Revolution):
     """A straight circular cone, solid, its axis starting at `origin`; `end = 0 mm` gives it a tip.
 
-    Meshed as a cylinder, tapered: rings of well-shaped cells around a core, and at a tip cells that close over it. The
-    mesh is inscribed: its points lie on the cone, so that a coarse mesh of linear elements holds less volume (the
-    report says how much). Cells are of the given size where the cone is thickest.
+    It is meshed as a tapered cylinder: rings of well-shaped cells around a core, and at a tip cells that close over it.
+    The mesh is inscribed: its points lie on the cone, so that a coarse mesh of linear elements has less volume (the
+    report says how much). `size` is the cell size at the thickest section.
     """
 
     convex = True
@@ -221,55 +227,55 @@ class Cone(Revolution):
 
     @property
     def swept(self) -> Swept | None:
-        """Discs along its axis; None of one with a tip, where a section would be nothing."""
+        """The cone as discs along its axis; None if it has a tip, where a section would vanish."""
         from softmark.solvers.mesh.cross_sections import Disc
-        from softmark.solvers.mesh.frame_shapes import tapering
+        from softmark.solvers.mesh.frame_shapes import tapered_member
 
         if not self.end:
             return None
-        return tapering(self.origin, self.axis, self.length, Disc(self.radius), Disc(self.end))
+        return tapered_member(self.origin, self.axis, self.length, Disc(self.radius), Disc(self.end))
 
     @property
     def outline(self) -> Corners:
-        """The corners of its section, counter-clockwise, m."""
+        """Corners of the section, counter-clockwise, m."""
         top = ((self.end, self.length),) if self.end else ()
         return ((0.0, 0.0), (self.radius, 0.0), *top, (0.0, self.length))
 
     def at(self, station: float) -> float:
-        """The radius at a station, m from `origin`."""
+        """Return the radius at a station, m from `origin`."""
         return self.radius + (self.end - self.radius) * station / self.length
 
     @property
     def even(self) -> float:
-        """Sizes that are this by whole numbers give meshes whose sections are similar, m."""
+        """Cell size whose whole fractions give meshes with similar sections, m."""
         return max(self.radius, self.end) / 2.5
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Along the axis."""
+        """Directions in which cells may be graded: along the axis."""
         return ("along",)
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Its own coordinates: the share of the radius, the angle around the axis, and the place along it, m."""
+        """Ranges of its own coordinates: fraction of the radius, angle around the axis, and position along it, m."""
         return {"share": (0.0, 1.0), "turn": (0.0, 2.0 * math.pi), "along": (0.0, self.length)}
 
     def place(self, share: float, turn: float, along: float) -> Vector3:
-        """The point of its own coordinates, m."""
+        """Return the point with these own coordinates, m."""
         first, second = transverse(self.axis)
         r = share * self.at(along)
-        return moved(self.origin, (r * math.cos(turn), first), (r * math.sin(turn), second), (along, self.axis))
+        return add_multiples(self.origin, (r * math.cos(turn), first), (r * math.sin(turn), second), (along, self.axis))
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along the core's side, across the rings and along the axis."""
-        side, rings = of_disc(max(self.radius, self.end), size)
-        return side, rings, cells(0.0, self.length, divisions(self.length, size), along(cuts, "along"))
+        """Return cell counts of a mesh of a size (m): along the core's side, across the rings and along the axis."""
+        side, rings = count_disc_cells(max(self.radius, self.end), size)
+        return side, rings, count_cells(0.0, self.length, count_divisions(self.length, size), cuts_along(cuts, "along"))
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.revolved_meshes import tapered
-        from softmark.solvers.mesh.shape import placed
-        from softmark.solvers.mesh.structured_meshes import rounded
+        """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        from softmark.solvers.mesh.revolved_meshes import taper_disc
+        from softmark.solvers.mesh.shape import place_mesh
+        from softmark.solvers.mesh.structured_meshes import curve_sides
 
-        made = tapered(self.length, self.radius, self.end, size, kind, cuts)
-        return rounded(placed(made, self.axis, self.origin), self.sides)
+        made = taper_disc(self.length, self.radius, self.end, size, kind, cuts)
+        return curve_sides(place_mesh(made, self.axis, self.origin), self.sides)

@@ -1,4 +1,4 @@
-"""Meshes of bodies of revolution, along z: sections swept around, with a core or wedges at the axis; tapered discs."""
+"""Meshes of bodies of revolution about z: swept sections with a core or wedges at the axis, and tapered discs."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 from softmark.solvers.elements import UnknownElement, element_of
 from softmark.solvers.elements.reference_cells import Tetrahedron
-from softmark.solvers.mesh.cell_splitting import meshed
+from softmark.solvers.mesh.cell_splitting import mesh_hexahedra
 from softmark.solvers.mesh.conforming_planes import Cut
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.polygons import Corners
-from softmark.solvers.mesh.quadrilateral_meshing import quads
-from softmark.solvers.mesh.structured_meshes import PlaneMesh, disc, extrude, extruded_to, grid, rim_of
+from softmark.solvers.mesh.quadrilateral_meshing import mesh_polygon
+from softmark.solvers.mesh.structured_meshes import PlaneMesh, extrude, extrude_layers, grid, grid_outline, mesh_disc
 
 CORE = 0.5  # of the nearest corner's radius: that of the core
 NEAR = 1e-9  # of the largest radius: what is on the axis, or on the border of the core
@@ -22,30 +22,30 @@ SUNK = 0.25  # of that part: how far the core ends below it
 FADE = 0.3  # of the cone: how far below that part sections are bent for it
 
 
-def around(outline: Corners, count: int, size: float, kind: str, touches: bool, cored: bool) -> Mesh:
-    """A polygon of (r, z), counter-clockwise, swept around z in `count` steps. Raises UnknownElement."""
+def sweep_polygon(outline: Corners, count: int, size: float, kind: str, touches: bool, cored: bool) -> Mesh:
+    """Sweep a polygon of (r, z), counter-clockwise, around z in `count` steps. Raises UnknownElement."""
     if touches and not cored:
-        return _wedged(quads(outline, size), count, kind)
+        return _sweep_tetrahedra(mesh_polygon(outline, size), count, kind)
     if not cored:
-        points, cells, colour = _swept(quads(outline, size), count)
-        return meshed(points, cells, colour, element_of(kind))
+        points, cells, colour = _sweep_hexahedra(mesh_polygon(outline, size), count)
+        return mesh_hexahedra(points, cells, colour, element_of(kind))
     radius = CORE * min(r for r, _ in outline if r > _near(outline))
-    return _with_core(outline, radius, count, size, kind)
+    return _sweep_around_core(outline, radius, count, size, kind)
 
 
 def _near(outline: Corners) -> float:
     return NEAR * max(r for r, _ in outline)
 
 
-def _turns(count: int) -> Floats:
-    """Angles of the sections, as the rim of a disc has its points."""
+def _section_angles(count: int) -> Floats:
+    """Return the angles of the sections, which match the rim points of a disc."""
     turns: Floats = -0.75 * np.pi + 2.0 * np.pi * np.arange(count) / count
     return turns
 
 
-def _swept(section: PlaneMesh, count: int) -> tuple[Floats, Ints, Ints]:
-    """Hexahedra: points (n, 3), cells (m, 8), colour (n,)."""
-    n, turn = len(section.points), _turns(count)[:, None]
+def _sweep_hexahedra(section: PlaneMesh, count: int) -> tuple[Floats, Ints, Ints]:
+    """Return hexahedra swept around z: points (n, 3), cells (m, 8), colour (n,)."""
+    n, turn = len(section.points), _section_angles(count)[:, None]
     r, z = section.points.T
     points = np.stack([np.cos(turn) * r, np.sin(turn) * r, np.broadcast_to(z, (count, n))], axis=-1).reshape(-1, 3)
     lower = section.quads[None] + n * np.arange(count)[:, None, None]
@@ -55,28 +55,30 @@ def _swept(section: PlaneMesh, count: int) -> tuple[Floats, Ints, Ints]:
     return points, cells, colour
 
 
-def _wedged(section: PlaneMesh, count: int, kind: str) -> Mesh:
-    """The same of a section that meets the axis, where hexahedra are wedges: tetrahedra. Raises UnknownElement."""
+def _sweep_tetrahedra(section: PlaneMesh, count: int, kind: str) -> Mesh:
+    """Return tetrahedra of a swept section that meets the axis, where hexahedra become wedges. Raises UnknownElement."""
     element = element_of(kind)
     if element.family != Tetrahedron.family:
         raise UnknownElement(kind)
-    points, cells, colour = _swept(section, count)
+    points, cells, colour = _sweep_hexahedra(section, count)
     n, same = len(section.points), np.arange(len(points))
     axis = np.flatnonzero(section.points[:, 0] <= NEAR * section.points[:, 0].max())
     same[(axis + n * np.arange(count)[:, None]).ravel()] = np.tile(axis, count)
     points[axis, :2] = 0.0
-    return meshed(points, cells, colour, element, same)
+    return mesh_hexahedra(points, cells, colour, element, same)
 
 
-def _with_core(outline: Corners, radius: float, count: int, size: float, kind: str) -> Mesh:
-    """A section outside a core, swept around it; and the core, a disc along z. Raises UnknownElement."""
+def _sweep_around_core(outline: Corners, radius: float, count: int, size: float, kind: str) -> Mesh:
+    """Return a section outside a core, swept around it, and the core, a disc along z. Raises UnknownElement."""
     least = _near(outline)
-    section = quads(tuple((radius, z) if r <= least else (r, z) for r, z in _once(outline, least)), size)
-    points, cells, colour = _swept(section, count)
+    section = mesh_polygon(
+        tuple((radius, z) if r <= least else (r, z) for r, z in _drop_axis_corners(outline, least)), size
+    )
+    points, cells, colour = _sweep_hexahedra(section, count)
     at = np.flatnonzero(np.abs(section.points[:, 0] - radius) <= NEAR * radius)
     at = at[np.argsort(section.points[at, 1])]
-    flat = disc(radius, 2.0 * np.pi * radius / count)
-    inner, prisms, hues = extruded_to(flat, section.points[at, 1])
+    flat = mesh_disc(radius, 2.0 * np.pi * radius / count)
+    inner, prisms, hues = extrude_layers(flat, section.points[at, 1])
     rim, per = len(flat.points) - count + np.arange(count), len(flat.points)
     m, n = len(points), len(section.points)
     # of a point of the core's rim, the same point of the sections
@@ -84,12 +86,12 @@ def _with_core(outline: Corners, radius: float, count: int, size: float, kind: s
     layers = per * np.arange(len(at))
     same[m + (rim[:, None] + layers).ravel()] = (n * np.arange(count)[:, None] + at).ravel()
     differ = (hues[rim[0]] + colour[at[0]]) % 2
-    return meshed(np.concatenate([points, inner]), np.concatenate([cells, m + prisms]),
+    return mesh_hexahedra(np.concatenate([points, inner]), np.concatenate([cells, m + prisms]),
                   np.concatenate([colour, (hues + differ) % 2]), element_of(kind), same)  # fmt: skip
 
 
-def _once(outline: Corners, least: float) -> Corners:
-    """Without what lies between the ends of the run along the axis."""
+def _drop_axis_corners(outline: Corners, least: float) -> Corners:
+    """Return the corners without those between the ends of the run along the axis."""
     n = len(outline)
     on = [r <= least for r, _ in outline]
     return tuple(c for i, c in enumerate(outline) if not (on[i - 1] and on[i] and on[(i + 1) % n]))
@@ -98,25 +100,25 @@ def _once(outline: Corners, least: float) -> Corners:
 # ------------------------------------------------------------------ cones
 
 
-def tapered(length: float, radius: float, end: float, size: float, kind: str, cuts: tuple[Cut, ...]) -> Mesh:
-    """A disc along z whose radius goes from one to another, m; with a cap where that is zero. Raises UnknownElement."""
+def taper_disc(length: float, radius: float, end: float, size: float, kind: str, cuts: tuple[Cut, ...]) -> Mesh:
+    """Return a disc along z of linearly varying radius, m, with a cap where it is zero. Raises UnknownElement."""
     largest = max(radius, end)
-    section = disc(largest, size)
+    section = mesh_disc(largest, size)
     below = length if end else (1.0 - CAP) * length
     points, cells, colour = extrude(
         section, below, size, tuple(c for c in cuts if c.graded or c.axis != "along" or c.at < below)
     )
     if not end:
-        points[:, 2] -= _sunk(section, points[:, 2], length)
+        points[:, 2] -= _core_offset(section, points[:, 2], length)
     points[:, :2] *= ((radius + (end - radius) * points[:, 2] / length) / largest)[:, None]
     if not end:
-        points, cells, colour = _capped(section, points, cells, colour, length)
-    return meshed(points, cells, colour, element_of(kind))
+        points, cells, colour = _close_tip(section, points, cells, colour, length)
+    return mesh_hexahedra(points, cells, colour, element_of(kind))
 
 
-def _sunk(section: PlaneMesh, z: Floats, tip: float) -> Floats:
-    """How far points of sections at z (n,) go away from a tip (n,), m: the core, and less of the rings around it."""
-    n, rings = _core_of(section)
+def _core_offset(section: PlaneMesh, z: Floats, tip: float) -> Floats:
+    """Return how far points of sections at z (n,) move away from a tip (n,), m: the core fully, the rings less."""
+    n, rings = _core_counts(section)
     core = np.concatenate([np.ones((n + 1) ** 2), np.repeat(1.0 - np.arange(1, rings + 1) / rings, 4 * n)])
     below = (1.0 - CAP) * tip
     fade = np.maximum(0.0, 1.0 - (below - z) / (FADE * tip))
@@ -124,19 +126,19 @@ def _sunk(section: PlaneMesh, z: Floats, tip: float) -> Floats:
     return sunk
 
 
-def _capped(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, tip: float) -> tuple[Floats, Ints, Ints]:
-    """Cells that end at sections are closed over by shells of the core's cells, whose middle goes to a tip (m)."""
-    n, rings = _core_of(section)
+def _close_tip(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, tip: float) -> tuple[Floats, Ints, Ints]:
+    """Close cells that end at a section by shells of the core's cells, whose centre moves to a tip (m)."""
+    n, rings = _core_counts(section)
     top = len(points) - len(section.points) + np.arange(len(section.points))
     below = points[top[-1], 2]
     radius = np.hypot(*points[top[-1], :2])
     line = np.linspace(-1.0, 1.0, n + 1)
     a, b = (c.ravel() for c in np.meshgrid(line, line, indexing="ij"))
-    out, turn = _concentric(a, b)
+    out, turn = _map_square_to_disc(a, b)
     over = np.stack(
         [radius * out * np.cos(turn), radius * out * np.sin(turn), tip - np.abs(out) * (tip - below)], axis=1
     )
-    core, rim = top[: (n + 1) ** 2], rim_of(n)
+    core, rim = top[: (n + 1) ** 2], grid_outline(n)
     free = np.setdiff1d(np.arange((n + 1) ** 2), rim)
     levels, added, hues = [core], [points], [colour]
     for t in range(1, rings + 1):
@@ -153,14 +155,14 @@ def _capped(section: PlaneMesh, points: Floats, cells: Ints, colour: Ints, tip: 
     return np.concatenate(added), np.concatenate([cells, *shells]), (hue + hue[levels[-1][0]]) % 2
 
 
-def _core_of(section: PlaneMesh) -> tuple[int, int]:
-    """Cells along the side of a disc's square, and rings around it: n^2 + 4 n rings cells of (n + 1)^2 + 4 n rings."""
+def _core_counts(section: PlaneMesh) -> tuple[int, int]:
+    """Return the cells along the side of a disc's square, and its rings, from n^2 + 4 n rings cells."""
     n = (len(section.points) - len(section.quads) - 1) // 2
     return n, (len(section.quads) - n**2) // (4 * n)
 
 
-def _concentric(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Where points of the square from -1 to 1 lie in the unit disc: radius and angle, evenly spaced at the rim.
+def _map_square_to_disc(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Return the radius and angle in the unit disc of points of the square from -1 to 1, evenly spaced at the rim.
 
     Source: Shirley and Chiu 1997, J. Graphics Tools 2:45.
     """

@@ -1,4 +1,4 @@
-"""Shapes that only rigid bodies have: known by the distance to their surface, and no cells are made of them.
+"""Shapes for rigid bodies only: defined by the distance to their surface, without a mesh.
 
 To add one: a class here with `meshed = False`, a line in SHAPES, and its gap in solvers/contact/gaps.
 """
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 SIDES = 8  # of an arc of a rounded rim that is drawn
 
 
-def _grown(bounds: Bounds, by: float) -> Bounds:
+def _enlarge_bounds(bounds: Bounds, by: float) -> Bounds:
     (a, b, c), (d, e, f) = bounds
     return (a - by, b - by, c - by), (d + by, e + by, f + by)
 
 
 @dataclass(frozen=True)
 class HalfSpace(Shape):
-    """All that lies behind a plane: a table, a wall. A rigid body alone has it: there is no end to mesh.
+    """The half-space behind a plane: a table, a wall. For rigid bodies only, since it is unbounded.
 
-    `normal` looks out of it, towards what may touch it.
+    `normal` points out of it, towards the bodies that may touch it.
     """
 
     convex = True
@@ -39,13 +39,13 @@ class HalfSpace(Shape):
     normal: Annotated[Vector3, "direction", "direction out of it, across the plane"] = (0.0, 0.0, 1.0)
 
     def contains(self, point: Vector3) -> bool:
-        """Whether a point is behind the plane, or on it."""
+        """Return whether a point is behind the plane, or on it."""
         return bool(dot([p - o for p, o in zip(point, self.origin, strict=True)], self.normal) <= 0.0)
 
 
 @dataclass(frozen=True)
 class RoundedBox(Shape):
-    """A box with edges along x, y and z, all of them rounded, and its corners: of a rigid body alone.
+    """A box along x, y and z with all edges and corners rounded, for rigid bodies only.
 
     Edges are quarters of cylinders and corners parts of spheres of radius `rounding`. A sharp one is `box`.
     """
@@ -59,7 +59,7 @@ class RoundedBox(Shape):
 
     @property
     def fault(self) -> str:
-        """Edges that meet."""
+        """Return an error if roundings of opposite edges overlap."""
         return "" if 2.0 * self.rounding < min(self.size) else "its edges are rounded past the middle of its least side"
 
     @property
@@ -75,14 +75,14 @@ class RoundedBox(Shape):
         return a * b * c + 2.0 * (a * b + b * c + c * a) * r + math.pi * (a + b + c) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; of any `size` the same."""
-        from softmark.solvers.mesh.shape_surfaces import rounded_box_skin
+        """Return points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; `size` has no effect."""
+        from softmark.solvers.mesh.shape_surfaces import triangulate_rounded_box
 
-        return rounded_box_skin(self.size, self.rounding, self.origin)
+        return triangulate_rounded_box(self.size, self.rounding, self.origin)
 
 
-class RoundedTurned(Shape):
-    """All within `rounding` of a convex body of revolution, its core."""
+class RoundedRevolution(Shape):
+    """All points within `rounding` of a convex body of revolution, its core."""
 
     convex = True
     meshed = False
@@ -94,12 +94,12 @@ class RoundedTurned(Shape):
 
     @property
     def core(self) -> Corners:
-        """The corners (r, z) of half of its section, counter-clockwise, m; z from `origin` on."""
+        """Corners (r, z) of half of the core's section, counter-clockwise, m; z from `origin`."""
         raise NotImplementedError(f"{type(self).__name__} has no core")
 
     @property
     def fault(self) -> str:
-        """Ends that meet."""
+        """Return an error if the ends overlap."""
         return "" if 2.0 * self.rounding < self.length else "its ends are rounded past the middle of its length"
 
     @property
@@ -108,8 +108,8 @@ class RoundedTurned(Shape):
 
     @property
     def bounds(self) -> Bounds:
-        """Lowest and highest coordinates, m: those of the core, and the rounding."""
-        return _grown(self._turned.bounds, self.rounding)
+        """Lowest and highest coordinates, m: those of the core plus the rounding."""
+        return _enlarge_bounds(self._turned.bounds, self.rounding)
 
     @property
     def volume(self) -> float:
@@ -118,15 +118,15 @@ class RoundedTurned(Shape):
         return core.volume + core.skin * r + _mean_curvature(self.core) * r**2 + 4.0 / 3.0 * math.pi * r**3
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; of any `size` the same."""
+        """Return points (n, 3) in m and triangles (t, 3), outward, fine enough for pictures; `size` has no effect."""
         import numpy as np
 
-        from softmark.solvers.mesh.shape_surfaces import turned_skin
+        from softmark.solvers.mesh.shape_surfaces import triangulate_revolved
 
-        return turned_skin(np.array(self.outline(SIDES)), self.axis, self.origin)
+        return triangulate_revolved(np.array(self.outline(SIDES)), self.axis, self.origin)
 
     def outline(self, sides: int) -> Corners:
-        """The corners (r, z) of half of its section, m, from where it meets its axis on: arcs of so many sides."""
+        """Return the corners (r, z) of half of its section, m, from its start on the axis; arcs have `sides` sides."""
         flats = list(polygons.edges(self.core))[:-1]  # the last is the axis
         turns = [-0.5 * math.pi, *(math.atan2(a - c, d - b) for (a, b), (c, d) in flats), 0.5 * math.pi]
         found: list[tuple[float, float]] = []
@@ -138,7 +138,9 @@ class RoundedTurned(Shape):
 
 
 def _mean_curvature(corners: Corners) -> float:
-    """Integrated over a convex body of revolution, m: pi times the rise of its sides and r times turn at corners."""
+    """Return the integral of mean curvature of a convex body of revolution, m: pi (axial rise of sides + sum of r times
+    turn).
+    """
     on_axis = [r == 0.0 for r, _ in corners]
     total = sum(math.pi * (d - b) for (a, b), (c, d) in polygons.edges(corners) if a or c)
     n = len(corners)
@@ -151,11 +153,11 @@ def _mean_curvature(corners: Corners) -> float:
 
 
 @dataclass(frozen=True)
-class Punch(RoundedTurned):
-    """A flat punch: a straight circular cylinder whose two rims are rounded. Of a rigid body alone.
+class Punch(RoundedRevolution):
+    """A flat punch: a straight circular cylinder with two rounded rims, for rigid bodies only.
 
-    What presses is the flat end at `origin`, or the other: both have a flat face of radius `radius - rounding`. A sharp
-    one is `cylinder`.
+    It presses with the flat end at `origin` or with the other: both have a flat face of radius `radius - rounding`. A
+    sharp one is `cylinder`.
     """
 
     radius: Annotated[float, "m in (0, inf)", "radius of the cylinder"]
@@ -166,21 +168,21 @@ class Punch(RoundedTurned):
 
     @property
     def fault(self) -> str:
-        """Rims that meet."""
+        """Return an error if the rims overlap."""
         return super().fault if self.rounding < self.radius else "`rounding` must be less than `radius`"
 
     @property
     def core(self) -> Corners:
-        """A cylinder, less its rounding all around."""
+        """A cylinder, smaller by the rounding on all sides."""
         r, low, high = self.radius - self.rounding, self.rounding, self.length - self.rounding
         return (0.0, low), (r, low), (r, high), (0.0, high)
 
 
 @dataclass(frozen=True)
-class Tip(RoundedTurned):
-    """A circular cone with a rounded tip, which is at `origin`; the axis goes on from there. Of a rigid body alone.
+class Tip(RoundedRevolution):
+    """A circular cone with a rounded tip at `origin`, from which the axis points into the cone; for rigid bodies only.
 
-    `angle` is the whole angle at its tip, between opposite sides. The tip is part of a sphere, and the rim of its far
+    `angle` is the full angle at its tip, between opposite sides. The tip is part of a sphere, and the rim of its far
     end is rounded as well. A sharp one is `cone`.
     """
 
@@ -192,6 +194,6 @@ class Tip(RoundedTurned):
 
     @property
     def core(self) -> Corners:
-        """A sharp cone, its tip at the centre of the rounding."""
+        """A sharp cone with its tip at the centre of the rounding."""
         low, high = self.rounding, self.length - self.rounding
         return (0.0, low), ((high - low) * math.tan(0.5 * self.angle), high), (0.0, high)

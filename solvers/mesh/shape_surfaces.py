@@ -1,4 +1,4 @@
-"""Surfaces without a mesh: of a body along an axis, of one turned about it, and of a box with rounded edges."""
+"""Surface triangulations without a mesh: bodies along an axis, bodies of revolution, and rounded boxes."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ AROUND, ALONG = 32, 48
 QUARTER = 4  # facets of half of a rounded edge
 
 
-def skin_of(shape: Swept, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
-    """Points (n, 3) in m and triangles (t, 3), outward."""
+def triangulate_swept(shape: Swept, around: int = AROUND, along: int = ALONG) -> tuple[Floats, Ints]:
+    """Return points (n, 3) in m and triangles (t, 3), outward, of a body along an axis."""
     stations = np.linspace(0.0, shape.length, along + 1).tolist()
     sections = [shape.section_at(s) for s in stations]
     rings = np.array([section.outline(around) for section in sections])  # (along + 1, k, 2), counter-clockwise
@@ -35,16 +35,16 @@ def skin_of(shape: Swept, around: int = AROUND, along: int = ALONG) -> tuple[Flo
     first, last = len(sides), len(sides) + 1
     i = np.arange(k)
     j = (i + 1) % k
-    rows = [_between(k * s, i, j, k) for s in range(along)]
+    rows = [_triangles_between_rings(k * s, i, j, k) for s in range(along)]
     caps = [_fan(first, j, i), _fan(last, i + k * along, j + k * along)]
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
 
 
 def _hollow(outer: Floats, inner: Floats, k: int, along: int) -> tuple[Floats, Ints]:
-    """Two sides of rings of k points, and a ring between them at each end."""
+    """Return the outer and inner side of rings of k points, and a ring between them at each end."""
     i = np.arange(k)
     j = (i + 1) % k
-    rows = [_between(k * s, i, j, k) for s in range(along)]
+    rows = [_triangles_between_rings(k * s, i, j, k) for s in range(along)]
     within = [r[:, ::-1] + len(outer) for r in rows]
     a, b, c, d = i, j, j + len(outer), i + len(outer)  # of the first end, which looks back along the axis
     first = np.concatenate([np.stack([a, c, b], axis=1), np.stack([a, d, c], axis=1)])
@@ -52,8 +52,8 @@ def _hollow(outer: Floats, inner: Floats, k: int, along: int) -> tuple[Floats, I
     return np.concatenate([outer, inner]), np.concatenate([*rows, *within, *caps]).astype(np.int64)
 
 
-def _between(start: int, i: Ints, j: Ints, k: int) -> Ints:
-    """Two triangles for each quadrilateral between a ring and the next."""
+def _triangles_between_rings(start: int, i: Ints, j: Ints, k: int) -> Ints:
+    """Return two triangles for each quadrilateral between a ring and the next."""
     a, b, c, d = start + i, start + j, start + j + k, start + i + k
     return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
 
@@ -62,22 +62,24 @@ def _fan(centre: int, i: Ints, j: Ints) -> Ints:
     return np.stack([np.full(len(i), centre), i, j], axis=1)
 
 
-def turned_skin(outline: Floats, axis: Vector3, origin: Vector3, around: int = AROUND) -> tuple[Floats, Ints]:
-    """Points (n, 3) in m and triangles (t, 3), outward, of an outline (m, 2) of r and z from pole to pole, turned."""
+def triangulate_revolved(outline: Floats, axis: Vector3, origin: Vector3, around: int = AROUND) -> tuple[Floats, Ints]:
+    """Return points (n, 3) in m and triangles (t, 3), outward, of a revolved outline (m, 2) of r and z from pole to
+    pole.
+    """
     a = 2.0 * np.pi * np.arange(around) / around
     ends, sides = outline[[0, -1], 1], outline[1:-1]
     rings = np.stack([sides[:, :1] * np.cos(a), sides[:, :1] * np.sin(a), np.repeat(sides[:, 1:], around, 1)], axis=2)
     local = np.concatenate([rings.reshape(-1, 3), np.outer(ends, [0.0, 0.0, 1.0])])
     i = np.arange(around)
     j, last = (i + 1) % around, len(local) - 1
-    rows = [_between(around * s, i, j, around) for s in range(len(sides) - 1)]
+    rows = [_triangles_between_rings(around * s, i, j, around) for s in range(len(sides) - 1)]
     caps = [_fan(last - 1, j, i), _fan(last, i + last - 1 - around, j + last - 1 - around)]
     points = local @ np.array([*transverse(axis), axis]) + np.array(origin)
     return points, np.concatenate([*rows, *caps]).astype(np.int64)
 
 
-def rounded_box_skin(size: Vector3, rounding: float, origin: Vector3) -> tuple[Floats, Ints]:
-    """Points (n, 3) in m and triangles (t, 3), outward, of a box whose edges are rounded: each face of it bent down."""
+def triangulate_rounded_box(size: Vector3, rounding: float, origin: Vector3) -> tuple[Floats, Ints]:
+    """Return points (n, 3) in m and triangles (t, 3), outward, of a box with rounded edges."""
     half, edge = 0.5 * np.array(size), rounding * np.tan(np.linspace(0.0, 0.25 * np.pi, QUARTER + 1))
     core, points, triangles = half - rounding, list[Floats](), list[Ints]()
     ends = [np.concatenate([-(c + edge[::-1]), c + edge]) for c in core]
@@ -98,7 +100,7 @@ def rounded_box_skin(size: Vector3, rounding: float, origin: Vector3) -> tuple[F
 
 
 def _lattice(n: int, m: int, flipped: bool) -> Ints:
-    """Two triangles for each cell of n x m points."""
+    """Return two triangles for each cell of n x m points."""
     p = np.arange(n * m).reshape(n, m)
     a, b, c, d = p[:-1, :-1].ravel(), p[1:, :-1].ravel(), p[1:, 1:].ravel(), p[:-1, 1:].ravel()
     found = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])

@@ -1,9 +1,9 @@
-"""Shapes: what a scene may call a body's geometry. To add one: a class here or in a file of its own, a line in SHAPES.
+"""Shapes of bodies in scenes. To add one: a class here or in a new file, and a line in SHAPES.
 
-A shape derives from `Shape` (shape.py), which says what may be asked of it, and makes a mesh only when it is asked. A
-straight prism derives from `Prism`: it has `section`, `length`, `axis` and `root`, which is all that a beam model needs
-of it; one of circular section from `RoundPrism`. A shape with `spans` has coordinates of its own: its meshes take
-`cuts`, surfaces on which one of these is constant, and put nodes there.
+A shape derives from `Shape` (shape.py) and makes a mesh only on request. A straight prism derives from `Prism`: it has
+`section`, `length`, `axis` and `root`, which is all that a beam model needs; one of circular section derives from
+`RoundPrism`. A shape with `spans` has coordinates of its own: its meshes accept `cuts`, surfaces on which one of these
+is constant, and put nodes there.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from softmark.records import dataclass
 from softmark.solvers.mesh.arc_shapes import Arc
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
-from softmark.solvers.mesh.cell_counts import circles, divisions, of_disc, of_rectangle
-from softmark.solvers.mesh.conforming_planes import Cut, along, cells
+from softmark.solvers.mesh.cell_counts import circle_radii, count_disc_cells, count_divisions, count_rectangle_cells
+from softmark.solvers.mesh.conforming_planes import Cut, count_cells, cuts_along
 from softmark.solvers.mesh.cross_sections import Disc, Rectangle
-from softmark.solvers.mesh.curved_boundary import Around, cylinders
+from softmark.solvers.mesh.curved_boundary import CylinderSide, cylinders_of_cuts
 from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.ellipsoidal_shells import Bowl, BowlSection
 from softmark.solvers.mesh.extruded_shapes import Extruded
@@ -32,7 +32,7 @@ from softmark.solvers.mesh.shape import (
     Span,
     Vector3,
     dot,
-    placed,
+    place_mesh,
     transverse,
 )
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 class Cylinder(RoundPrism):
     """A straight circular cylinder, its axis starting at `origin`.
 
-    Meshed with rings of well-shaped cells around a square core. The mesh is inscribed: its points lie on the cylinder,
-    so a coarse mesh holds less volume (the report says how much).
+    It is meshed with rings of well-shaped cells around a square core. The mesh is inscribed: its points lie on the
+    cylinder, so a coarse mesh has less volume (the report says how much).
     """
 
     convex = True
@@ -66,27 +66,27 @@ class Cylinder(RoundPrism):
 
     @property
     def even(self) -> float:
-        """Sizes that are this by whole numbers give meshes whose sections are similar, m."""
+        """Cell size whose whole fractions give meshes with similar sections, m."""
         return self.radius / 2.5
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along the square's side, across the rings and along the axis."""
-        side, rings = of_disc(self.radius, size)
-        core, *outer = circles(self.radius, size, cuts)
-        rings = divisions(0.4 * core, size) + len(outer) if outer else rings
-        return side, rings, cells(0.0, self.length, divisions(self.length, size), along(cuts, "along"))
+        """Return cell counts of a mesh of a size (m): along the square's side, across the rings and along the axis."""
+        side, rings = count_disc_cells(self.radius, size)
+        core, *outer = circle_radii(self.radius, size, cuts)
+        rings = count_divisions(0.4 * core, size) + len(outer) if outer else rings
+        return side, rings, count_cells(0.0, self.length, count_divisions(self.length, size), cuts_along(cuts, "along"))
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.structured_meshes import disc, rounded, solid
+        """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_disc, mesh_extrusion
 
-        mesh = solid(disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
-        return rounded(placed(mesh, self.axis, self.origin), self.sides, cylinders(self, cuts))
+        mesh = mesh_extrusion(mesh_disc(self.radius, size, cuts=cuts), self.length, size, kind, cuts)
+        return curve_sides(place_mesh(mesh, self.axis, self.origin), self.sides, cylinders_of_cuts(self, cuts))
 
     @property
-    def sides(self) -> tuple[Around, ...]:
-        """Its curved side."""
-        return (Around(self.axis, self.origin, self.length, self.radius),)
+    def sides(self) -> tuple[CylinderSide, ...]:
+        """Curved side."""
+        return (CylinderSide(self.axis, self.origin, self.length, self.radius),)
 
 
 @dataclass(frozen=True)
@@ -138,25 +138,25 @@ class Box(Prism):
 
     @property
     def even(self) -> float:
-        """Sizes that are this by whole numbers divide the shortest edge evenly, m."""
+        """Cell size whose whole fractions divide the shortest edge evenly, m."""
         return min(self.size) / 2
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """All of its own coordinates."""
+        """Directions in which cells may be graded: all."""
         return ("x", "y", "z")
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Its own coordinates, m: x, y and z."""
+        """Ranges of its own coordinates x, y and z, m."""
         return {n: (o, o + s) for n, o, s in zip("xyz", self.origin, self.size, strict=True)}
 
     def place(self, x: float, y: float, z: float) -> Vector3:
-        """The point of its own coordinates, m."""
+        """Return the point with these own coordinates, m."""
         return x, y, z
 
     def _turned(self, cuts: tuple[Cut, ...]) -> tuple[Cut, ...]:
-        """Cuts as the mesh has them before it is placed: along the axis, and along the edges of the section."""
+        """Return cuts in the mesh's coordinates before it is placed: along the axis, and along the section's edges."""
         frame = dict(zip(("first", "second", "along"), (*transverse(self.axis), self.axis), strict=True))
         found = []
         for cut in cuts:
@@ -166,41 +166,40 @@ class Box(Prism):
         return tuple(found)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along both edges of the section and along the longest."""
-        nx, ny = of_rectangle(self.section.width, self.section.height, size)
+        """Return cell counts of a mesh of a size (m): along both edges of the section and along the longest."""
+        nx, ny = count_rectangle_cells(self.section.width, self.section.height, size)
         w, h, own = self.section.width / 2, self.section.height / 2, self._turned(cuts)
         return (
-            cells(-w, w, nx, along(own, "first")),
-            cells(-h, h, ny, along(own, "second")),
-            cells(0.0, self.length, divisions(self.length, size), along(own, "along")),
+            count_cells(-w, w, nx, cuts_along(own, "first")),
+            count_cells(-h, h, ny, cuts_along(own, "second")),
+            count_cells(0.0, self.length, count_divisions(self.length, size), cuts_along(own, "along")),
         )
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.structured_meshes import rectangle, solid
+        """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        from softmark.solvers.mesh.structured_meshes import mesh_extrusion, mesh_rectangle
 
         own = self._turned(cuts)
-        section = rectangle(self.section.width, self.section.height, size, own)
-        return placed(solid(section, self.length, size, kind, own), self.axis, self.root)
+        section = mesh_rectangle(self.section.width, self.section.height, size, own)
+        return place_mesh(mesh_extrusion(section, self.length, size, kind, own), self.axis, self.root)
 
 
 @dataclass(frozen=True)
 class MeshFile(Shape):
-    """A mesh read from a file, in any format that meshio knows (VTK, VTU, Gmsh, Abaqus, ...), and Gmsh's first.
+    """A mesh read from a file, in any format that meshio supports (VTK, VTU, Gmsh, Abaqus, ...), and Gmsh's first.
 
-    Its cells are taken as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or
-    hexahedra of eight, 20 or 27; those of eight are split where a model asks for tetrahedra. `five` tetrahedra for
-    each hexahedron, with matching faces, need a mesh whose points can be coloured like a chessboard. `repeated` are
-    five, cut alike in every hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split
-    meshes in 2008; `kuhn` are six around one diagonal. The faces of these three need not match: there cells may
-    pass through each other when they deform, and the three serve to repeat what others computed.
-    Points that no cell uses are dropped; cells that are inside out are turned, flat cells are an error. Nodes that lie
-    at one place without being one (nearer than 1e-6 of the extent and a hundredth of the shortest edge) make a mesh
-    fall apart that looks whole: they are an error, unless `coincident = merge` joins them or `keep` says that a slit
-    is meant.
-    Parts that share no face, faces of three cells and a mesh that passes through itself are errors. Pieces that share
-    no node are an error too, unless `pieces = keep` says that the body is in several pieces: nothing but supports,
-    contact (`itself(BODY)`) or glue (`tied(BODY)`) then holds one piece to another.
+    Its cells are used as they are, so `size` of a model does not apply: tetrahedra of four or ten nodes, or hexahedra
+    of eight, 20 or 27; those of eight are split if a model needs tetrahedra. `five` tetrahedra for each hexahedron,
+    with matching faces, need a mesh whose points can be coloured like a chessboard. `repeated` are five, cut alike in
+    every hexahedron; `alternating` are six, mirrored by the hexahedron's number, as SOFA split meshes in 2008; `kuhn`
+    are six around one diagonal. The faces of these three need not match: cells may then penetrate each other when they
+    deform, and the three serve to reproduce published results.
+    Points that no cell uses are dropped; inverted cells are reordered, flat cells are an error. Coincident nodes
+    (nearer than 1e-6 of the extent and a hundredth of the shortest edge) separate parts of a mesh that looks connected:
+    they are an error, unless `coincident = merge` joins them or `keep` declares a slit.
+    Parts that share no face, faces of three cells and self-intersecting meshes are errors. Pieces that share no node
+    are an error too, unless `pieces = keep` declares a body in several pieces: only supports, contact (`itself(BODY)`)
+    or glue (`tied(BODY)`) then connect one piece to another.
     """
 
     prebuilt = True
@@ -217,30 +216,30 @@ class MeshFile(Shape):
 
     @property
     def file(self) -> str:
-        """The file."""
+        """Path of the file."""
         return self.path
 
     def mesh(self, kind: str, size: float = 0.0, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """The cells of the file as an element, of no other size and uncut. Raises UnreadableMesh, UnknownElement."""
-        from softmark.solvers.mesh.files.mesh_reader import converted, read
+        """Return the file's cells as an element; size and cuts are ignored. Raises UnreadableMesh, UnknownElement."""
+        from softmark.solvers.mesh.files.mesh_reader import convert_cells, read
 
-        return converted(read(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
+        return convert_cells(read(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
 
     def named(self, kind: str | None = None) -> Mesh:
-        """The same with the groups of the file; without an element as the file has its cells. Raises as `mesh`."""
-        from softmark.solvers.mesh.files.mesh_reader import converted, read
+        """Return the mesh with the file's groups; without an element, the file's own cells. Raises as `mesh`."""
+        from softmark.solvers.mesh.files.mesh_reader import convert_cells, read
 
         whole = read(self.path, self.unit, self.coincident, named=True, pieces=self.pieces)
-        return whole if kind is None else converted(whole, kind, self.split)
+        return whole if kind is None else convert_cells(whole, kind, self.split)
 
     def surface(self, size: float = 0.0) -> Surface:
-        """Points (n, 3) in m and triangles (t, 3) of its boundary, or of a file of triangles. Raises UnreadableMesh."""
+        """Return points (n, 3) in m and triangles (t, 3) of its boundary, or of a triangle file. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.mesh_reader import read_surface
 
         return read_surface(self.path, self.unit, self.coincident, self.pieces)
 
     def points(self) -> Floats:
-        """The points of the file that its cells use (n, 3), m, in the order of the file. Raises UnreadableMesh."""
+        """Return the points of the file that its cells use (n, 3), m, in file order. Raises UnreadableMesh."""
         from softmark.solvers.mesh.files.mesh_reader import read_points
 
         return read_points(self.path, self.unit)

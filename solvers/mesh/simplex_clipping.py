@@ -1,7 +1,7 @@
-"""Segments, triangles and tetrahedra cut by surfaces, so that every piece lies on one side of each.
+"""Clipping of segments, triangles and tetrahedra by surfaces, so that every piece lies on one side of each.
 
-Exact for planes. A curved surface is met on the edges of pieces that are small beside its radius: what is left between
-is of third order in their size.
+It is exact for planes. A curved surface is intersected with the edges of pieces that are small compared with its
+radius: the error is of third order in their size.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ROUNDS = 64  # of cutting: an edge of every piece is cut in each
 
 @dataclass(frozen=True)
 class Pieces:
-    """Simplices `corners` (p, k, 3), m, and the number of the whole that each is a part of (p,)."""
+    """Simplices `corners` (p, k, 3), m, and the number of the original that each is a part of (p,)."""
 
     corners: Floats
     of: Ints
@@ -41,14 +41,14 @@ class Pieces:
         return middles
 
     def chosen(self, which: Ints) -> Pieces:
-        """Some of them."""
+        """Return selected pieces."""
         return Pieces(self.corners[which], self.of[which])
 
     def cut(self, level: Callable[[Floats], Floats], slack: float, curved: bool) -> Pieces:
-        """The same cut where a level (n, 3) -> (n,) changes its sign; within `slack` of zero is on the border."""
+        """Return the pieces cut where a level (n, 3) -> (n,) changes sign; values within `slack` of zero count as zero."""
         corners, of, done = self.corners, self.of, []
         k = corners.shape[1]
-        v = _rounded(level(corners.reshape(-1, 3)).reshape(-1, k), slack)
+        v = _snap_to_zero(level(corners.reshape(-1, 3)).reshape(-1, k), slack)
         i, j = np.triu_indices(k, 1)
         for _ in range(ROUNDS):
             crossed = v[:, i] * v[:, j] < 0.0  # (p, edges)
@@ -57,14 +57,14 @@ class Pieces:
             if not any_.any():
                 break
             corners, of, v, edge = corners[any_], of[any_], v[any_], crossed[any_].argmax(axis=1)
-            corners, v = _halved(corners, v, i[edge], j[edge], level if curved else None)
+            corners, v = _split_simplices(corners, v, i[edge], j[edge], level if curved else None)
             of = np.concatenate([of, of])
         else:
             done.append((corners, of))
         return Pieces(np.concatenate([c for c, _ in done]), np.concatenate([o for _, o in done]))
 
     def refined(self) -> Pieces:
-        """Each halved across its longest edge."""
+        """Return each piece halved across its longest edge."""
         k = self.corners.shape[1]
         i, j = np.triu_indices(k, 1)
         edge = np.linalg.norm(self.corners[:, i] - self.corners[:, j], axis=2).argmax(axis=1)
@@ -75,19 +75,19 @@ class Pieces:
         return Pieces(np.concatenate([a, b]), np.concatenate([self.of, self.of]))
 
 
-def joined(one: Pieces, other: Pieces) -> Pieces:
-    """Two lots of pieces as one."""
+def join_pieces(one: Pieces, other: Pieces) -> Pieces:
+    """Return two sets of pieces as one."""
     return Pieces(np.concatenate([one.corners, other.corners]), np.concatenate([one.of, other.of]))
 
 
-def _rounded(v: Floats, slack: float) -> Floats:
+def _snap_to_zero(v: Floats, slack: float) -> Floats:
     return np.where(np.abs(v) <= slack, 0.0, v)
 
 
-def _halved(
+def _split_simplices(
     corners: Floats, v: Floats, i: Ints, j: Ints, level: Callable[[Floats], Floats] | None
 ) -> tuple[Floats, Floats]:
-    """Every simplex as two, which share the point at which the border crosses the edge from its corner i to j."""
+    """Split every simplex into two that share the point at which the border crosses its edge from corner i to j."""
     n = np.arange(len(corners))
     a, b = corners[n, i], corners[n, j]
     t = v[n, i] / (v[n, i] - v[n, j])
@@ -100,7 +100,7 @@ def _halved(
 
 
 def _crossing(a: Floats, b: Floats, above: Any, level: Callable[[Floats], Floats]) -> Floats:
-    """Where on the way from a to b (n, 3) the level changes its sign, from 0 to 1 (n,)."""
+    """Return the fraction, 0 to 1 (n,), of the way from a to b (n, 3) at which the level changes sign."""
     low, high = np.zeros(len(a)), np.ones(len(a))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)

@@ -1,6 +1,6 @@
-"""Spheres, ellipsoids and shells of spheres, whole or cut by planes of symmetry.
+"""Spheres, ellipsoids and spherical shells, whole or cut by planes of symmetry.
 
-To add a round body: derive it from `Round`, say its semi-axes and the hollow within it, a line in SHAPES.
+To add a round body: derive it from `RoundBody`, define its semi-axes and its hollow, and add a line in SHAPES.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cell_counts import circles, divisions
-from softmark.solvers.mesh.conforming_planes import Cut, along, lines
-from softmark.solvers.mesh.curved_boundary import Ellipsoidal
+from softmark.solvers.mesh.cell_counts import circle_radii, count_divisions
+from softmark.solvers.mesh.conforming_planes import Cut, cuts_along, grid_lines
+from softmark.solvers.mesh.curved_boundary import EllipsoidSide
 from softmark.solvers.mesh.shape import Bounds, Shape, Span, Vector3
 from softmark.solvers.mesh.tubes import INSIDE_OUT
 
@@ -22,25 +22,25 @@ Part = Literal["whole", "half", "quarter", "octant"]
 KEPT = {"whole": 0, "half": 1, "quarter": 2, "octant": 3}  # of x, y and z: those along which half of it is left
 
 
-class Round(Shape):
-    """An ellipsoid, or the shell between two that are alike, with its axes along x, y and z."""
+class RoundBody(Shape):
+    """An ellipsoid, or the shell between two similar ones, with axes along x, y and z."""
 
     origin: Vector3
     part: Part
 
     @property
     def outer(self) -> Vector3:
-        """Its semi-axes, m."""
+        """Semi-axes, m."""
         raise NotImplementedError(f"{type(self).__name__} has no semi-axes")
 
     @property
     def hollow(self) -> float:
-        """The hollow's semi-axes over its own; 0 where there is none."""
+        """Ratio of the hollow's semi-axes to the outer ones; 0 without a hollow."""
         return 0.0
 
     @property
     def kept(self) -> int:
-        """Along how many of x, y and z half of it is left: the half with the higher coordinates."""
+        """Number of the directions x, y, z along which only the half with the higher coordinates is kept."""
         return KEPT[self.part]
 
     @property
@@ -58,22 +58,24 @@ class Round(Shape):
 
     @property
     def even(self) -> float | None:
-        """Sizes that are this by whole numbers give similar meshes, m; None of a hollow one, whose wall has its own."""
+        """Cell size whose whole fractions give similar meshes, m; None for a hollow body."""
         return None if self.hollow else max(self.outer) / 2.5
 
     def contains(self, point: Vector3) -> bool:
-        """Whether it holds a point, give or take 1e-9 of its size."""
+        """Return whether the body contains a point, within 1e-9 of its size."""
         off = [(p - o) / a for p, o, a in zip(point, self.origin, self.outer, strict=True)]
         return self.hollow - 1e-9 <= math.hypot(*off) <= 1.0 + 1e-9 and all(c >= -1e-9 for c in off[: self.kept])
 
     @property
     def gradable(self) -> tuple[str, ...]:
-        """Across a wall."""
+        """Directions in which cells may be graded: across a wall."""
         return ("radius",) if self.hollow else ()
 
     @property
     def spans(self) -> dict[str, Span]:
-        """Its own coordinates: distance from the centre along the longest axis, m, angles around z and from it."""
+        """Ranges of its own coordinates: distance from the centre along the longest axis, m, angles around z and from
+        it.
+        """
         largest, turn = max(self.outer), {0: (0.0, 2.0), 1: (-0.5, 0.5)}.get(self.kept, (0.0, 0.5))
         tilt = 0.5 if self.kept == 3 else 1.0
         return {
@@ -83,64 +85,64 @@ class Round(Shape):
         }
 
     def place(self, radius: float, turn: float, tilt: float) -> Vector3:
-        """The point of its own coordinates, m."""
+        """Return the point with these own coordinates, m."""
         way = (math.sin(tilt) * math.cos(turn), math.sin(tilt) * math.sin(turn), math.cos(tilt))
         share = radius / max(self.outer)
         x, y, z = (o + share * a * w for o, a, w in zip(self.origin, self.outer, way, strict=True))
         return x, y, z
 
     def _radii(self, size: float, cuts: tuple[Cut, ...]) -> tuple[float, ...]:
-        """Radii (m) of the spheres that shells end on, outward, on those of cuts: from the hollow, or the core, on."""
+        """Return the radii (m) at which shells end, outward from the hollow or the core, with those of cuts."""
         largest = max(self.outer)
         if not self.hollow:
-            return tuple(circles(largest, size, cuts))
-        count = divisions((1.0 - self.hollow) * largest, size)
+            return tuple(circle_radii(largest, size, cuts))
+        count = count_divisions((1.0 - self.hollow) * largest, size)
         low = self.hollow * largest
         even = [low + (largest - low) * k / count for k in range(count + 1)]
-        return tuple(lines(low, largest, count, along(cuts, "radius")) or even)
+        return tuple(grid_lines(low, largest, count, cuts_along(cuts, "radius")) or even)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) along a quarter of its largest circle, and across its shells."""
+        """Return cell counts of a mesh of a size (m): along a quarter of its largest circle, and across its shells."""
         core, *beyond = self._radii(size, cuts)
-        inner = 0 if self.hollow else divisions(0.4 * core, size)
-        return 2 * divisions(math.pi * max(self.outer) / 4, size), inner + len(beyond)
+        inner = 0 if self.hollow else count_divisions(0.4 * core, size)
+        return 2 * count_divisions(math.pi * max(self.outer) / 4, size), inner + len(beyond)
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.ball_blocks import ball, filled, shell
-        from softmark.solvers.mesh.structured_meshes import rounded
+        """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        from softmark.solvers.mesh.ball_blocks import build_ball, build_shell, mesh_blocks
+        from softmark.solvers.mesh.structured_meshes import curve_sides
 
         (side, shells), largest = self.counts(size, cuts), max(self.outer)
         core, *beyond = radii = self._radii(size, cuts)
         if self.hollow:
-            blocks, scale = shell(side, [r / largest for r in radii]), 1.0
+            blocks, scale = build_shell(side, [r / largest for r in radii]), 1.0
         else:
-            blocks, scale = ball(side, shells - len(beyond), [r / core for r in beyond]), core / largest
+            blocks, scale = build_ball(side, shells - len(beyond), [r / core for r in beyond]), core / largest
         stretch = tuple(scale * a for a in self.outer)
-        return rounded(filled(blocks, kind, stretch, self.origin, self.kept), self.sides, self.within(cuts))
+        return curve_sides(mesh_blocks(blocks, kind, stretch, self.origin, self.kept), self.sides, self.within(cuts))
 
-    def within(self, cuts: tuple[Cut, ...]) -> tuple[Ellipsoidal, ...]:
-        """The ellipsoids around its centre that cuts of its radius are."""
-        return tuple(self._like(cut.at / max(self.outer)) for cut in along(cuts, "radius"))
+    def within(self, cuts: tuple[Cut, ...]) -> tuple[EllipsoidSide, ...]:
+        """Return the concentric ellipsoids at cuts of its radius."""
+        return tuple(self._like(cut.at / max(self.outer)) for cut in cuts_along(cuts, "radius"))
 
-    def _like(self, share: float) -> Ellipsoidal:
+    def _like(self, share: float) -> EllipsoidSide:
         x, y, z = self.outer
-        return Ellipsoidal((share * x, share * y, share * z), self.origin)
+        return EllipsoidSide((share * x, share * y, share * z), self.origin)
 
     @property
-    def sides(self) -> tuple[Ellipsoidal, ...]:
-        """Its outer surface, and that of its hollow."""
+    def sides(self) -> tuple[EllipsoidSide, ...]:
+        """Outer surface, and the surface of the hollow."""
         return tuple(self._like(share) for share in ((1.0, self.hollow) if self.hollow else (1.0,)))
 
 
 @dataclass(frozen=True)
-class Sphere(Round):
-    """A solid sphere, or a part of it that planes of symmetry leave.
+class Sphere(RoundBody):
+    """A solid sphere, or a part of it cut by planes of symmetry.
 
-    Meshed with shells of well-shaped cells around a bulged cube. The mesh is inscribed: its points lie on the sphere,
-    so that a coarse mesh of linear elements holds less volume (the report says how much). A half is that with higher x,
-    a quarter that with higher x and y, an octant that with higher x, y and z than the centre: with `symmetric(...)` on
-    its planes it stands for the whole.
+    It is meshed with shells of well-shaped cells around a rounded cube. The mesh is inscribed: its points lie on the
+    sphere, so that a coarse mesh of linear elements has less volume (the report says how much). A half is the one with
+    higher x, a quarter that with higher x and y, an octant that with higher x, y and z than the centre: with
+    `symmetric(...)` on its planes it represents the whole.
     """
 
     convex = True
@@ -151,15 +153,15 @@ class Sphere(Round):
 
     @property
     def outer(self) -> Vector3:
-        """Its semi-axes, m."""
+        """Semi-axes, m."""
         return self.radius, self.radius, self.radius
 
 
 @dataclass(frozen=True)
-class Ellipsoid(Round):
-    """A solid ellipsoid with its axes along x, y and z, or a part of it that planes of symmetry leave.
+class Ellipsoid(RoundBody):
+    """A solid ellipsoid with its axes along x, y and z, or a part of it cut by planes of symmetry.
 
-    The mesh is that of a sphere, stretched: `size` is that of cells along the longest axis. The parts are those of
+    The mesh is that of a sphere, stretched: `size` is the cell size along the longest axis. The parts are those of
     `sphere`.
     """
 
@@ -171,16 +173,16 @@ class Ellipsoid(Round):
 
     @property
     def outer(self) -> Vector3:
-        """Its semi-axes, m."""
+        """Semi-axes, m."""
         return self.semiaxes
 
 
 @dataclass(frozen=True)
-class SphericalShell(Round):
-    """What is between two spheres with one centre, or a part of it that planes of symmetry leave.
+class SphericalShell(RoundBody):
+    """The region between two concentric spheres, or a part of it cut by planes of symmetry.
 
-    Meshed with shells of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both spheres: a coarse one
-    of linear elements holds less volume (the report says how much). The parts are those of `sphere`.
+    It is meshed with shells of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both spheres: a
+    coarse one of linear elements has less volume (the report says how much). The parts are those of `sphere`.
     """
 
     radius: Annotated[float, "m in (0, inf)", "outer radius"]
@@ -190,15 +192,15 @@ class SphericalShell(Round):
 
     @property
     def fault(self) -> str:
-        """A wall that is not there."""
+        """Return an error if the wall is empty."""
         return "" if self.inner < self.radius else INSIDE_OUT
 
     @property
     def outer(self) -> Vector3:
-        """Its semi-axes, m."""
+        """Semi-axes, m."""
         return self.radius, self.radius, self.radius
 
     @property
     def hollow(self) -> float:
-        """The hollow's radius over its own."""
+        """Ratio of the hollow's radius to the outer one."""
         return self.inner / self.radius

@@ -1,4 +1,4 @@
-"""Networks of springs along a mesh: its edges, and of hexahedra the diagonals that keep them from folding."""
+"""Spring networks along a mesh: its edges, and for hexahedra also diagonals that keep them from folding."""
 
 from __future__ import annotations
 
@@ -27,12 +27,13 @@ PULL = 0.01  # towards the shares of a cube, where the directions of springs lea
 
 
 @dataclass(frozen=True)
-class Network:
-    """Pairs of nodes, each once: `edges` (n, 2), `what` each runs along (n,), and the cells around it.
+class SpringNetwork:
+    """Springs, each once: node pairs `edges` (n, 2), the edge or diagonal `what` of each (n,), and its surrounding
+    cells.
 
     `count` (n,) is how many cells share a spring, `volume` (n,) the sum of their volumes and `weight` (n,) that sum
-    with each cell's share, m^3: the stiffness that stands for a modulus E is E weight / l0^2. Inside a lattice of cubes
-    an edge has four cells and a face diagonal two, on the surface of a block fewer, and as much less stiffness.
+    weighted with each cell's share, m^3: the stiffness that represents a modulus E is E weight / l0^2. Inside a lattice
+    of cubes an edge has four cells and a face diagonal two, on the surface of a block fewer, and so less stiffness.
     """
 
     edges: Ints
@@ -42,12 +43,13 @@ class Network:
     weight: Floats
 
 
-def network(mesh: Mesh, diagonals: Diagonals = "all") -> Network:
-    """The springs of a mesh: the edges of its cells, and of hexahedra diagonals.
+def build_spring_network(mesh: Mesh, diagonals: Diagonals = "all") -> SpringNetwork:
+    """Return the springs of a mesh: the edges of its cells, and the diagonals of hexahedra.
 
-    Tetrahedra have the share 1 for each edge, which is the rule of Van Gelder (1998); see `shares` for hexahedra.
+    Tetrahedra have the share 1 for each edge, which is the rule of Van Gelder (1998); see `hexahedron_shares` for
+    hexahedra.
     """
-    pairs, what = _local(mesh.element, diagonals)
+    pairs, what = _springs_of_element(mesh.element, diagonals)
     ends = np.sort(mesh.cells[:, pairs].reshape(-1, 2), axis=1)  # (m springs, 2)
     nodes = int(ends.max()) + 1
     keys, first, which = np.unique(ends @ [nodes, 1], return_index=True, return_inverse=True)
@@ -55,14 +57,14 @@ def network(mesh: Mesh, diagonals: Diagonals = "all") -> Network:
     volumes = np.repeat(mesh.volumes, len(pairs))
     share = np.ones(len(ends))
     if mesh.element.diagonals[0]:
-        share = shares(mesh.points[mesh.cells], diagonals).ravel()
+        share = hexahedron_shares(mesh.points[mesh.cells], diagonals).ravel()
     along = np.tile(what, len(mesh.cells))[first]
     volume, weight = np.bincount(which, volumes), np.bincount(which, share * volumes)
-    return Network(edges, along, np.bincount(which), volume.astype(float), weight.astype(float))
+    return SpringNetwork(edges, along, np.bincount(which), volume.astype(float), weight.astype(float))
 
 
-def _local(element: type[Element], diagonals: Diagonals) -> tuple[Ints, Ints]:
-    """Pairs of a cell's nodes (s, 2), and what each runs along (s,)."""
+def _springs_of_element(element: type[Element], diagonals: Diagonals) -> tuple[Ints, Ints]:
+    """Return pairs of a cell's nodes (s, 2), and the kind of edge or diagonal of each (s,)."""
     families = {EDGE: element.edges, FACE: element.diagonals[0]}
     if diagonals == "all":
         families[BODY] = element.diagonals[1]
@@ -71,27 +73,27 @@ def _local(element: type[Element], diagonals: Diagonals) -> tuple[Ints, Ints]:
     return pairs, what.astype(np.int64)
 
 
-def shares(corners: Floats, diagonals: Diagonals) -> Floats:
-    """What each spring of hexahedra with `corners` (m, 8, 3) takes of E V / l0^2, (m, springs).
+def hexahedron_shares(corners: Floats, diagonals: Diagonals) -> Floats:
+    """Return each spring's share of E V / l0^2, (m, springs), for hexahedra with `corners` (m, 8, 3).
 
-    Strained homogeneously, springs k of directions n store the energy of a solid with C = sum k l0^2 n n n n / V. The
-    shares are those, none below a tenth of a cube's, with which C is nearest to 2E/5 (II + two transposes), the
-    isotropic solid of modulus E and nu = 1/4; where several are, the nearest to a cube's. Cubes have the shares of
-    CUBE. With body diagonals, bricks up to 1.6 times as long as wide become isotropic; with the shares of a cube one
-    of 1.4 would be too stiff lengthwise by a half.
+    Under homogeneous strain, springs k of directions n store the energy of a solid with C = sum k l0^2 n n n n / V. The
+    shares are those, none below a tenth of a cube's, for which C is nearest to 2E/5 (II + two transposes), the
+    isotropic solid of modulus E and nu = 1/4; if several are, those nearest to a cube's. Cubes have the shares of CUBE.
+    With body diagonals, bricks up to 1.6 times as long as wide become isotropic; with the shares of a cube, one of 1.4
+    would be too stiff lengthwise by a half.
     """
-    pairs, what = _local(Hex8, diagonals)
+    pairs, what = _springs_of_element(Hex8, diagonals)
     usual = np.array(CUBE[diagonals])[what]
     d = corners[:, pairs[:, 1]] - corners[:, pairs[:, 0]]
     n = d / np.linalg.norm(d, axis=2, keepdims=True)  # (m, springs, 3)
     # cells of an extruded mesh are alike: each kind is balanced once
     _, first, which = np.unique(np.round(n.reshape(len(n), -1), 9), axis=0, return_index=True, return_inverse=True)
-    balanced: Floats = np.array([_balanced(directions, usual) for directions in n[first]])[which.ravel()]
+    balanced: Floats = np.array([_fit_shares(directions, usual) for directions in n[first]])[which.ravel()]
     return balanced
 
 
-def _balanced(n: Floats, usual: Floats) -> Floats:
-    """The shares (s,) of springs with directions n (s, 3): least squares over shares that are not negative."""
+def _fit_shares(n: Floats, usual: Floats) -> Floats:
+    """Return the shares (s,) of springs with directions n (s, 3), by non-negative least squares."""
     nn = np.einsum("si,sj->sij", n, n)
     A = np.einsum("sij,skl->ijkls", nn, nn).reshape(81, -1)
     one = np.eye(3)

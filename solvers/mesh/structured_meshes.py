@@ -1,9 +1,9 @@
 """Structured meshes: quadrilaterals in a section, extruded to hexahedra; cell_splitting.py makes tetrahedra of them.
 
-The five-tetrahedra split draws, on every quadrilateral face, the diagonal between its two `even` points. Points
-are coloured like a chessboard along the edges; a plane mesh of quadrilaterals always has such a colouring (all its
-faces have an even number of edges), so neighbouring cells agree on their diagonals without further care, and the
-split favours no direction as the six-tetrahedra (Kuhn) split does.
+The five-tetrahedra split draws, on every quadrilateral face, the diagonal between its two `even` points. Points are
+coloured like a chessboard along the edges; a plane mesh of quadrilaterals always has such a colouring (all its faces
+have an even number of edges), so neighbouring cells agree on their diagonals automatically, and the split favours no
+direction, unlike the six-tetrahedra (Kuhn) split.
 """
 
 from __future__ import annotations
@@ -15,11 +15,17 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.elements import element_of
-from softmark.solvers.mesh.cell_counts import OFF_CENTRE, circles, divisions, of_disc, of_rectangle
-from softmark.solvers.mesh.cell_splitting import meshed
-from softmark.solvers.mesh.conforming_planes import SAME, Cut, along, lines
+from softmark.solvers.mesh.cell_counts import (
+    OFF_CENTRE,
+    circle_radii,
+    count_disc_cells,
+    count_divisions,
+    count_rectangle_cells,
+)
+from softmark.solvers.mesh.cell_splitting import mesh_hexahedra
+from softmark.solvers.mesh.conforming_planes import SAME, Cut, cuts_along, grid_lines
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.shape import Side
+from softmark.solvers.mesh.shape import CurvedSide
 
 
 @dataclass(frozen=True)
@@ -31,41 +37,41 @@ class PlaneMesh:
     colour: Ints
 
 
-def rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """A rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split.
+def mesh_rectangle(width: float, height: float, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """Return the mesh of a rectangle centred on the origin, m; even divisions keep its mirror symmetries in the split.
 
-    Lines of the grid lie on the cuts of `first` and `second`.
+    Grid lines lie on the cuts of `first` and `second`.
     """
-    nx, ny = of_rectangle(width, height, size)
-    x = _line(-width / 2, width / 2, nx, along(cuts, "first"))
-    return grid_of(x, _line(-height / 2, height / 2, ny, along(cuts, "second")))
+    nx, ny = count_rectangle_cells(width, height, size)
+    x = _even_lines(-width / 2, width / 2, nx, cuts_along(cuts, "first"))
+    return grid_between_lines(x, _even_lines(-height / 2, height / 2, ny, cuts_along(cuts, "second")))
 
 
 def grid(nx: int, ny: int, first: tuple[Cut, ...] = (), second: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """The unit square in nx by ny cells, with lines at cuts of either coordinate."""
-    return grid_of(_line(0.0, 1.0, nx, first), _line(0.0, 1.0, ny, second))
+    """Return the unit square in nx by ny cells, with lines at cuts of either coordinate."""
+    return grid_between_lines(_even_lines(0.0, 1.0, nx, first), _even_lines(0.0, 1.0, ny, second))
 
 
-def _line(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
-    """Lines of a grid (n,), m: evenly spaced where no cut asks for more."""
-    found = lines(low, high, count, cuts)
+def _even_lines(low: float, high: float, count: int, cuts: tuple[Cut, ...]) -> Floats:
+    """Return grid lines (n,), m: evenly spaced if no cut requires otherwise."""
+    found = grid_lines(low, high, count, cuts)
     return np.linspace(low, high, count + 1) if found is None else np.array(found)
 
 
-def line_of(low: float, high: float, size: float, at: Iterable[float], cuts: tuple[Cut, ...]) -> Floats:
-    """Lines of a grid (n,), m, at all of some places from `low` to `high`, and at cuts, about `size` apart."""
+def lines_through(low: float, high: float, size: float, at: Iterable[float], cuts: tuple[Cut, ...]) -> Floats:
+    """Return grid lines (n,), m, about `size` apart, at given places from `low` to `high` and at cuts."""
     known = sorted({low, high, *at})
     ends = [low, *(b for a, b in pairwise(known) if b - a > SAME * (high - low))]
     ends[-1] = high
     found = [
-        _line(a, b, divisions(b - a, size), tuple(c for c in cuts if c.graded or a < c.at < b))
+        _even_lines(a, b, count_divisions(b - a, size), tuple(c for c in cuts if c.graded or a < c.at < b))
         for a, b in pairwise(ends)
     ]
     return np.concatenate([found[0], *(more[1:] for more in found[1:])])
 
 
-def grid_of(x: Floats, y: Floats) -> PlaneMesh:
-    """Cells between lines at x (n,) and y (m,), m."""
+def grid_between_lines(x: Floats, y: Floats) -> PlaneMesh:
+    """Return the cells between lines at x (n,) and y (m,), m."""
     nx, ny = len(x), len(y)
     i, j = (a.ravel() for a in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
     index = np.arange(nx * ny).reshape(nx, ny)
@@ -73,19 +79,21 @@ def grid_of(x: Floats, y: Floats) -> PlaneMesh:
     return PlaneMesh(np.stack([x[i], y[j]], axis=1), quads, (i + j) % 2)
 
 
-def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """A disc: a bulged square grid in the middle, rings of quadrilaterals around it (an O-grid).
+def mesh_disc(
+    radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, cuts: tuple[Cut, ...] = ()
+) -> PlaneMesh:
+    """Return the mesh of a disc: a rounded square grid in the middle, rings of quadrilaterals around it (an O-grid).
 
-    `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow
-    the circle; with the defaults the tetrahedra keep a mean-ratio quality above 0.55 from coarse to fine.
-    Rings lie on the cuts of `radius`; else the straight line through the middle on the first cut of `chord`.
+    `corner` is the radius of the square's corners as a fraction of `radius`, `bulge` how far its sides follow the
+    circle; with the defaults the tetrahedra keep a mean-ratio quality above 0.55 from coarse to fine. Rings lie on the
+    cuts of `radius`; otherwise the straight line through the middle lies on the first cut of `chord`.
     """
-    n, rings = of_disc(radius, size)
-    core, *outer = circles(radius, size, cuts)
+    n, rings = count_disc_cells(radius, size)
+    core, *outer = circle_radii(radius, size, cuts)
     if outer:
-        rings = divisions(0.4 * core, size)
-    inner = grid_of(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
-    rim = rim_of(n)  # (4n,) indices of the square's outline, counter-clockwise
+        rings = count_divisions(0.4 * core, size)
+    inner = grid_between_lines(np.linspace(-1, 1, n + 1), np.linspace(-1, 1, n + 1))
+    rim = grid_outline(n)  # (4n,) indices of the square's outline, counter-clockwise
     angle = -0.75 * np.pi + 0.5 * np.pi * np.arange(4 * n) / n
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     square = inner.points[rim] / np.sqrt(2)
@@ -103,17 +111,18 @@ def disc(radius: float, size: float, corner: float = 0.73, bulge: float = 0.4, c
         colours.append((inner.colour[rim] + k + 1) % 2)
         ring = following
     section = PlaneMesh(core * np.concatenate(points), np.concatenate(quads), np.concatenate(colours))
-    chords = () if outer else along(cuts, "chord")
-    return _leaning(section, radius, chords[0]) if chords else section
+    chords = () if outer else cuts_along(cuts, "chord")
+    return _move_line_to_chord(section, radius, chords[0]) if chords else section
 
 
-def ring(inner: float, radius: float, around: int, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
-    """A ring between two circles, `around` cells (an even number) along each: circles lie on the cuts of `radius`.
+def mesh_ring(inner: float, radius: float, around: int, size: float, cuts: tuple[Cut, ...] = ()) -> PlaneMesh:
+    """Return the mesh of a ring between two circles, `around` cells (an even number) along each, with circles on cuts
+    of `radius`.
 
-    It is turned so that nodes lie on the straight line of the first cut of `chord`, which goes through its middle.
+    It is rotated so that nodes lie on the straight line of the first cut of `chord`, which goes through its middle.
     """
-    radii = _line(inner, radius, divisions(radius - inner, size), along(cuts, "radius"))
-    turn = next((cut.turn for cut in along(cuts, "chord")), 0.0) + 2 * np.pi * np.arange(around) / around
+    radii = _even_lines(inner, radius, count_divisions(radius - inner, size), cuts_along(cuts, "radius"))
+    turn = next((cut.turn for cut in cuts_along(cuts, "chord")), 0.0) + 2 * np.pi * np.arange(around) / around
     points = np.stack([np.cos(turn), np.sin(turn)], axis=1) * radii[:, None, None]
     index = np.arange(len(radii) * around).reshape(len(radii), around)
     following = np.roll(index, -1, axis=1)
@@ -122,11 +131,11 @@ def ring(inner: float, radius: float, around: int, size: float, cuts: tuple[Cut,
     return PlaneMesh(points.reshape(-1, 2), quads, colour)
 
 
-def _leaning(section: PlaneMesh, radius: float, chord: Cut) -> PlaneMesh:
-    """The disc mapped to itself so that a straight line through its middle becomes a chord.
+def _move_line_to_chord(section: PlaneMesh, radius: float, chord: Cut) -> PlaneMesh:
+    """Return the disc mapped to itself so that a straight line through its middle becomes a chord.
 
-    Turned, and then moved as the hyperbolic plane is in Klein's model: a projective map, which takes lines to lines,
-    keeps convex cells convex and the circle a circle. A chord too near to the rim is left alone.
+    It is rotated, and then moved like the hyperbolic plane in Klein's model: a projective map, which takes lines to
+    lines, keeps convex cells convex and the circle a circle. A chord too near to the rim is ignored.
     """
     v = chord.at / radius
     quarter = chord.turn - 0.5 * np.pi * round(chord.turn / (0.5 * np.pi))  # both middle lines are straight
@@ -142,15 +151,15 @@ def _leaning(section: PlaneMesh, radius: float, chord: Cut) -> PlaneMesh:
     return PlaneMesh(points, section.quads, section.colour)
 
 
-def rim_of(n: int) -> Ints:
-    """Outline of an (n + 1) x (n + 1) grid, counter-clockwise from its lower left corner (4n,)."""
+def grid_outline(n: int) -> Ints:
+    """Return the outline of an (n + 1) x (n + 1) grid, counter-clockwise from its lower left corner (4n,)."""
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     rim: Ints = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
     return rim
 
 
 def _coons(outline: Floats, n: int) -> Floats:
-    """Points of the grid inside a closed outline (4n, 2): Coons's transfinite interpolation (1967)."""
+    """Return the grid points inside a closed outline (4n, 2): Coons's transfinite interpolation (1967)."""
     low, right = outline[: n + 1], outline[n : 2 * n + 1]
     top = outline[2 * n : 3 * n + 1][::-1]
     left = np.concatenate([outline[3 * n :], outline[:1]])[::-1]
@@ -163,12 +172,12 @@ def _coons(outline: Floats, n: int) -> Floats:
 
 
 def extrude(section: PlaneMesh, length: float, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[Floats, Ints, Ints]:
-    """Hexahedra along z from 0 to `length`: points (n, 3), cells (m, 8), colour (n,). Layers end on cuts of `along`."""
-    return extruded_to(section, _line(0.0, length, divisions(length, size), along(cuts, "along")))
+    """Extrude along z from 0 to `length`, with layers at cuts of `along`: points (n, 3), hexahedra (m, 8), colour (n,)."""
+    return extrude_layers(section, _even_lines(0.0, length, count_divisions(length, size), cuts_along(cuts, "along")))
 
 
-def extruded_to(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
-    """The same with layers between some z (n,), m."""
+def extrude_layers(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
+    """Extrude with layers between some z (n,), m."""
     layers = len(z) - 1
     count = len(section.points)
     points = np.concatenate([np.tile(section.points, (layers + 1, 1)), np.repeat(z, count)[:, None]], axis=1)
@@ -178,16 +187,16 @@ def extruded_to(section: PlaneMesh, z: Floats) -> tuple[Floats, Ints, Ints]:
     return points, cells, colour
 
 
-def solid(section: PlaneMesh, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
-    """The extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
+def mesh_extrusion(section: PlaneMesh, length: float, size: float, kind: str, cuts: tuple[Cut, ...] = ()) -> Mesh:
+    """Return the extruded section as hexahedra, or split into tetrahedra; with straight edges. Raises UnknownElement."""
     element = element_of(kind)
-    return meshed(*extrude(section, length, size, cuts), element)
+    return mesh_hexahedra(*extrude(section, length, size, cuts), element)
 
 
-def rounded(mesh: Mesh, sides: Iterable[Side], within: Iterable[Side] = ()) -> Mesh:
-    """What lies between corners on curved sides of a shape, or on such surfaces within it, moved out onto them.
+def curve_sides(mesh: Mesh, sides: Iterable[CurvedSide], within: Iterable[CurvedSide] = ()) -> Mesh:
+    """Move midside nodes between corners on a shape's curved sides, or on such surfaces inside, onto them.
 
-    Facets with all corners on a side are of the side; only these are curved.
+    Facets with all corners on a side belong to the side; only these are curved.
     """
     corners = mesh.element.facet.corners
     points = mesh.points.copy()

@@ -1,7 +1,8 @@
-"""Tetrahedra in a closed surface: by fTetWild (Hu et al. 2020, ACM Trans. Graph. 39:117), through pytetwild (MPL-2.0).
+"""Tetrahedralization of a closed surface by fTetWild (Hu et al. 2020, ACM Trans. Graph. 39:117), through pytetwild
+(MPL-2.0).
 
-The mesher draws random numbers that cannot be set. What it made of a surface, a size and a tolerance is kept in the
-cache, so that the same file gives the same mesh, and each mesh is known by a digest.
+The mesher uses random numbers that cannot be seeded. Its result for a surface, a size and a tolerance is cached, so
+that the same file gives the same mesh, and each mesh is identified by a digest.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from zipfile import BadZipFile
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cell_sizes import sizes
-from softmark.solvers.mesh.conforming_planes import Cut, smallest
-from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, checked, sharing, sides_of
-from softmark.solvers.mesh.files.triangle_proximity import closest, ends_of
-from softmark.solvers.mesh.files.watertight_repair import Closed, normals
+from softmark.solvers.mesh.cell_sizes import build_size_field
+from softmark.solvers.mesh.conforming_planes import Cut, smallest_size
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, components_of_rows, facets_of_cells, validate
+from softmark.solvers.mesh.files.triangle_proximity import closest_points, edges_of_triangles
+from softmark.solvers.mesh.files.watertight_repair import ClosedSurface, normals
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 MESHER = "pytetwild"
@@ -39,15 +40,15 @@ LOST = 1e-3  # of the volume: what hangs on by an edge may be left out if it is 
 
 
 @dataclass(frozen=True)
-class Filling:
-    """How a surface was filled, with cells of about `size` (m) where they are smallest: by what, in how many seconds of
-    CPU, no farther from it than `tolerance` (m).
+class MeshingRecord:
+    """Record of how a surface was filled: mesher, smallest cell `size` (m), CPU time (s) and `tolerance` (m) of the
+    surface.
 
-    `repairs` are those of the surface and of its mesh, in words; `beside` are nodes of the mesh's surface that could
-    not be moved onto the other; `digest` is that of points and tetrahedra.
+    `repairs` are those of the surface and of its mesh, as text; `beside` counts nodes of the mesh's surface that could
+    not be moved onto the given surface; `digest` is that of points and tetrahedra.
     """
 
-    surface: Closed
+    surface: ClosedSurface
     size: float
     tolerance: float
     mesher: str
@@ -59,13 +60,13 @@ class Filling:
 
 @dataclass(frozen=True)
 class FilledMesh(Mesh):
-    """A mesh that knows how it was made."""
+    """A mesh with the record of how it was made."""
 
-    filling: Filling | None = None
+    filling: MeshingRecord | None = None
 
 
 def mesher() -> str:
-    """The mesher and its version. Raises UnreadableMesh where it is not installed."""
+    """Return the name and version of the mesher. Raises UnreadableMesh if it is not installed."""
     try:
         return f"{MESHER} {metadata.version(MESHER)}"
     except metadata.PackageNotFoundError:
@@ -75,25 +76,27 @@ def mesher() -> str:
         ) from None  # fmt: skip
 
 
-def filled(surface: Closed, size: float, tolerance: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
-    """Four-node tetrahedra with edges of about `size` (m), no farther from the surface than `tolerance` (m).
+def fill_surface(surface: ClosedSurface, size: float, tolerance: float, graded: tuple[Cut, ...] = ()) -> FilledMesh:
+    """Return four-node tetrahedra with edges of about `size` (m), at most `tolerance` (m) from the surface.
 
-    Where conditions of graded cuts hold they are so many times shorter. Raises UnreadableMesh.
+    Edges are shorter by the cut's factor where the condition of a graded cut holds. Raises UnreadableMesh.
     """
     name = mesher()
     key = hashlib.sha256(repr((name, MEANT, size, tolerance)).encode())
     key.update(surface.points.tobytes())
     key.update(surface.triangles.tobytes())
-    field = sizes(surface, size, graded) if graded else {}
+    field = build_size_field(surface, size, graded) if graded else {}
     for array in sorted(field):
         key.update(field[array].tobytes())
-    points, cells, seconds = _kept(key.hexdigest()) or _made(key.hexdigest(), surface, size, tolerance, field)
-    points, cells, repairs = _whole(points, _upright(points, cells))
-    points, beside = _onto(surface, Mesh(points, cells), REACH * tolerance)
-    mesh = checked(points, cells, "tet4")
+    points, cells, seconds = _load_cached(key.hexdigest()) or _fill_and_cache(
+        key.hexdigest(), surface, size, tolerance, field
+    )
+    points, cells, repairs = _drop_loose_parts(points, _orient_positively(points, cells))
+    points, beside = _project_onto_surface(surface, Mesh(points, cells), REACH * tolerance)
+    mesh = validate(points, cells, "tet4")
     digest = hashlib.sha256(mesh.points.tobytes() + mesh.cells.tobytes()).hexdigest()[:12]
-    how = Filling(
-        surface, smallest(size, graded), tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside
+    how = MeshingRecord(
+        surface, smallest_size(size, graded), tolerance, name, seconds, digest, (*surface.repairs, *repairs), beside
     )
     return FilledMesh(mesh.points, mesh.cells, mesh.kind, filling=how)
 
@@ -104,17 +107,17 @@ Made = tuple[Floats, Ints, float]
 Field = dict[str, Any]  # arrays of a mesh, and of sizes at its points, as the mesher calls them
 
 
-def _folder() -> Path | None:
-    """Where meshes are kept: $XDG_CACHE_HOME/softmark/filled; None where there is neither a cache nor a home."""
+def _cache_folder() -> Path | None:
+    """Return the folder of cached meshes: $XDG_CACHE_HOME/softmark/filled; None without a cache and a home folder."""
     try:
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "softmark" / "filled"
     except RuntimeError:
         return None
 
 
-def _kept(key: str) -> Made | None:
-    """What was made before; None of a cache that has none, or that cannot be read."""
-    folder = _folder()
+def _load_cached(key: str) -> Made | None:
+    """Return a cached mesh; None if the cache has none, or cannot be read."""
+    folder = _cache_folder()
     with suppress(*UNREAD):
         if folder is not None and (folder / f"{key}.npz").is_file():
             return _read(folder / f"{key}.npz")
@@ -130,10 +133,12 @@ def _read(file: Path) -> Made:
     return points, cells, seconds
 
 
-def _made(key: str, surface: Closed, size: float, tolerance: float, field: Field) -> Made:
-    """Filled now, and kept; what another process kept in the meantime is taken instead. Raises UnreadableMesh."""
-    points, cells, seconds = _filled(surface, size, tolerance, **field)
-    folder = _folder()
+def _fill_and_cache(key: str, surface: ClosedSurface, size: float, tolerance: float, field: Field) -> Made:
+    """Fill the surface and cache the mesh; one cached by another process meanwhile is used instead. Raises
+    UnreadableMesh.
+    """
+    points, cells, seconds = _run_mesher(surface, size, tolerance, **field)
+    folder = _cache_folder()
     if folder is None:
         return points, cells, seconds
     with suppress(OSError):  # a cache that cannot be written is no cache
@@ -142,15 +147,15 @@ def _made(key: str, surface: Closed, size: float, tolerance: float, field: Field
         try:
             with os.fdopen(handle, "wb") as out:
                 np.savez_compressed(out, points=points, cells=cells, seconds=seconds)
-            if _kept(key) is None:
+            if _load_cached(key) is None:
                 Path(part).replace(folder / f"{key}.npz")
         finally:
             Path(part).unlink(missing_ok=True)
-    return _kept(key) or (points, cells, seconds)
+    return _load_cached(key) or (points, cells, seconds)
 
 
-def _filled(surface: Closed, size: float, tolerance: float, **field: Any) -> Made:
-    """By the mesher, in a process of its own and in units of the body's extent. Raises UnreadableMesh."""
+def _run_mesher(surface: ClosedSurface, size: float, tolerance: float, **field: Any) -> Made:
+    """Run the mesher in a separate process, in units of the body's extent. Raises UnreadableMesh."""
     origin, extent = surface.points.mean(axis=0), surface.extent
     if field:
         field |= {"bg_vertices": (field["bg_vertices"] - origin) / extent, "bg_values": field["bg_values"] / extent}
@@ -159,15 +164,15 @@ def _filled(surface: Closed, size: float, tolerance: float, **field: Any) -> Mad
         np.savez(given, points=(surface.points - origin) / extent, triangles=surface.triangles, size=size / extent,
                  tolerance=tolerance / extent, **field)  # fmt: skip
         command = [sys.executable, "-m", "softmark.solvers.mesh.files.ftetwild_process", str(given), str(wanted)]
-        before = _spent()
+        before = _cpu_seconds()
         done = subprocess.run(  # in that folder, for it writes what nobody asked for
             command, cwd=folder, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL
         )
-        seconds = _spent() - before
+        seconds = _cpu_seconds() - before
         try:
             points, cells, _ = _read(wanted)
         except UNREAD as error:
-            raise _failed(done) from error
+            raise _mesher_error(done) from error
     if not len(cells):
         raise UnreadableMesh(
             "the mesher found nothing within its surface", FAILED, "take a smaller `tolerance`, or repair the surface"
@@ -175,14 +180,14 @@ def _filled(surface: Closed, size: float, tolerance: float, **field: Any) -> Mad
     return points * extent + origin, cells, seconds
 
 
-def _spent() -> float:
-    """Seconds of CPU of all processes that ended, where the platform counts them; else of the clock."""
+def _cpu_seconds() -> float:
+    """Return the CPU seconds of all finished child processes, if the platform counts them; else wall-clock seconds."""
     used = os.times()
     return used.children_user + used.children_system if os.name == "posix" else time.perf_counter()
 
 
-def _failed(done: subprocess.CompletedProcess[str]) -> UnreadableMesh:
-    """What became of the mesher, in words."""
+def _mesher_error(done: subprocess.CompletedProcess[str]) -> UnreadableMesh:
+    """Return the error that describes how the mesher failed."""
     last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
     how = f"it was ended by signal {-done.returncode}" if done.returncode < 0 else last[:200]
     return UnreadableMesh(
@@ -194,18 +199,20 @@ def _failed(done: subprocess.CompletedProcess[str]) -> UnreadableMesh:
 # ------------------------------------------------------------------ what it made, as a mesh of the body
 
 
-def _upright(points: Floats, cells: Ints) -> Ints:
-    """Cells of positive volume."""
+def _orient_positively(points: Floats, cells: Ints) -> Ints:
+    """Return cells with positive volume."""
     inverted = Mesh(points, cells).volumes < 0.0
     cells = cells.copy()
     cells[inverted] = cells[inverted][:, [0, 2, 1, 3]]
     return cells
 
 
-def _whole(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
-    """Without the little that hangs on by an edge or a node, or by nothing: the rest is one by its faces."""
+def _drop_loose_parts(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
+    """Return the mesh without small parts connected by an edge or a node, or not at all; the rest is connected by
+    faces.
+    """
     mesh = Mesh(points, cells)
-    part = sharing(sides_of(mesh)[2].reshape(len(cells), -1))
+    part = components_of_rows(facets_of_cells(mesh)[2].reshape(len(cells), -1))
     sizes = np.bincount(part, mesh.volumes)
     main = int(np.argmax(sizes))
     rest = 1.0 - float(sizes[main] / sizes.sum())
@@ -218,10 +225,10 @@ def _whole(points: Floats, cells: Ints) -> tuple[Floats, Ints, tuple[str, ...]]:
     return points[kept], renumbered.reshape(cells.shape).astype(np.int64), repairs
 
 
-def _features(surface: Closed) -> tuple[Ints, Ints]:
-    """Sharp edges of a surface, and its corners, where three or more of them meet: as triangles without an area."""
+def _features(surface: ClosedSurface) -> tuple[Ints, Ints]:
+    """Return the sharp edges of a surface, and its corners, where three or more meet, as triangles without area."""
     n = normals(surface.points, surface.triangles)
-    ends = np.sort(ends_of(surface.triangles), axis=1)
+    ends = np.sort(edges_of_triangles(surface.triangles), axis=1)
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(number.ravel(), kind="stable")
     first = np.cumsum(count) - count
@@ -232,16 +239,17 @@ def _features(surface: Closed) -> tuple[Ints, Ints]:
     return sharp[:, [0, 1, 1]], np.repeat(points[meeting > 2][:, None], 3, axis=1)
 
 
-def _onto(surface: Closed, mesh: Mesh, reach: float) -> tuple[Floats, int]:
-    """Nodes of the mesh's surface moved onto that of the file as far as cells stay sound; and how many are beside.
+def _project_onto_surface(surface: ClosedSurface, mesh: Mesh, reach: float) -> tuple[Floats, int]:
+    """Move nodes of the mesh's surface onto the given surface where cells remain valid; return also how many are off
+    it.
 
-    Next to a sharp edge of it they are moved onto the edge, and next to a corner onto that: so flat faces are flat.
+    Nodes near a sharp edge are moved onto the edge, and near a corner onto the corner, so that flat faces stay flat.
     """
     outer = np.unique(mesh.facets)
-    there, far = closest(mesh.points[outer], surface.points, surface.triangles, reach)
+    there, far = closest_points(mesh.points[outer], surface.points, surface.triangles, reach)
     moves = np.isfinite(far)
     for sharp in _features(surface):
-        sharper, away = closest(mesh.points[outer], surface.points, sharp, reach)
+        sharper, away = closest_points(mesh.points[outer], surface.points, sharp, reach)
         there[np.isfinite(away)] = sharper[np.isfinite(away)]
     before = mesh.volumes
     while True:

@@ -1,4 +1,4 @@
-"""Tubes: hollow circular cylinders, for solids and for beams."""
+"""Tubes: hollow circular cylinders, for solid and beam models."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.cell_counts import divisions
-from softmark.solvers.mesh.conforming_planes import Cut, along, cells
-from softmark.solvers.mesh.curved_boundary import Around, cylinders
-from softmark.solvers.mesh.shape import Circular, Plane, RoundPrism, Vector3, placed
+from softmark.solvers.mesh.cell_counts import count_divisions
+from softmark.solvers.mesh.conforming_planes import Cut, count_cells, cuts_along
+from softmark.solvers.mesh.curved_boundary import CylinderSide, cylinders_of_cuts
+from softmark.solvers.mesh.shape import CircularSection, Plane, RoundPrism, Vector3, place_mesh
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,7 +24,7 @@ INSIDE_OUT = "`inner`, the radius of the hollow, must be less than `radius`"
 
 
 @dataclass(frozen=True)
-class Annulus(Circular):
+class Annulus(CircularSection):
     """A ring between two circles, radii in m."""
 
     radius: float
@@ -42,33 +42,35 @@ class Annulus(Circular):
         return both, both
 
     def shear_factor(self, poisson: float) -> float:
-        """Cowper (1966), a hollow circle: 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2)."""
+        """Return the factor of Cowper (1966) for a ring: 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12
+        nu) m^2).
+        """
         m2 = (self.inner / self.radius) ** 2
         return 6 * (1 + poisson) * (1 + m2) ** 2 / ((7 + 6 * poisson) * (1 + m2) ** 2 + (20 + 12 * poisson) * m2)
 
     def samples(self) -> list[tuple[float, float]]:
-        """Points of the section, m: three rings."""
+        """Sample points of the section, m: three rings."""
         turns = [2 * math.pi * i / 16 for i in range(16)]
         radii = (self.inner, 0.5 * (self.inner + self.radius), self.radius)
         return [(r * math.cos(t), r * math.sin(t)) for r in radii for t in turns]
 
     def contains(self, u: float, v: float, slack: float) -> bool:
-        """Whether a point of the section's plane lies within, give or take `slack` (m)."""
+        """Return whether a point of the section's plane lies inside, within `slack` (m)."""
         return self.inner - slack <= math.hypot(u, v) <= self.radius + slack
 
     def outside(self, u: Floats, v: Floats) -> Floats:
-        """How far points of its plane (n,) lie outside (n,), m."""
+        """Return the distances (n,), m, by which points of the section's plane (n,) lie outside."""
         r = np.hypot(u, v)
         far: Floats = np.maximum(np.maximum(r - self.radius, self.inner - r), 0.0)
         return far
 
     @property
     def hollow(self) -> float:
-        """The radius of its hole, m."""
+        """Radius of the hole, m."""
         return self.inner
 
     def hole(self, around: int) -> Floats:
-        """Points of its inner border (around, 2), m, counter-clockwise."""
+        """Return points of its inner border (around, 2), m, counter-clockwise."""
         circle: Floats = self.outline(around) * (self.inner / self.radius)
         return circle
 
@@ -77,9 +79,9 @@ class Annulus(Circular):
 class Tube(RoundPrism):
     """A straight hollow circular cylinder, its axis starting at `origin`.
 
-    Meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles: a coarse
-    one of linear elements holds less volume (the report says how much). Beams take it with the section of a ring; that
-    thin walls flatten when they are bent (Brazier 1927) is in their stated error.
+    It is meshed with rings of hexahedra, or of tetrahedra made of them. The mesh is inscribed in both circles: a coarse
+    one of linear elements has less volume (the report says how much). Beam models use a ring as section; their stated
+    error includes the flattening of thin walls in bending (Brazier 1927).
     """
 
     length: Annotated[float, "m in (0, inf)", "length along the axis"]
@@ -90,7 +92,7 @@ class Tube(RoundPrism):
 
     @property
     def fault(self) -> str:
-        """A wall that is not there."""
+        """Return an error if the wall is empty."""
         return "" if self.inner < self.radius else INSIDE_OUT
 
     @property
@@ -99,33 +101,35 @@ class Tube(RoundPrism):
         return Annulus(self.radius, self.inner)
 
     def chord(self, plane: Plane) -> Cut | None:
-        """The cut of a plane a x + b y + c z + d = 0 through the axis; None where it does not hold the axis."""
+        """Return the cut of a plane a x + b y + c z + d = 0 through the axis; None if it does not contain the axis."""
         cut = super().chord(plane)
         return None if cut is None or abs(cut.at) >= 1e-9 * self.radius else replace(cut, at=0.0)
 
     def counts(self, size: float, cuts: tuple[Cut, ...] = ()) -> tuple[int, ...]:
-        """Cells of a mesh of a size (m) around, across the wall and along the axis."""
-        wall = cells(self.inner, self.radius, divisions(self.radius - self.inner, size), along(cuts, "radius"))
+        """Return cell counts of a mesh of a size (m): around, across the wall and along the axis."""
+        wall = count_cells(
+            self.inner, self.radius, count_divisions(self.radius - self.inner, size), cuts_along(cuts, "radius")
+        )
         return (
-            around(self.radius, size),
+            count_cells_around(self.radius, size),
             wall,
-            cells(0.0, self.length, divisions(self.length, size), along(cuts, "along")),
+            count_cells(0.0, self.length, count_divisions(self.length, size), cuts_along(cuts, "along")),
         )
 
     def mesh(self, kind: str, size: float, cuts: tuple[Cut, ...] = ()) -> Mesh:
-        """Cells of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
-        from softmark.solvers.mesh.structured_meshes import ring, rounded, solid
+        """Return a mesh of an element with edges of about `size` (m), nodes on cuts. Raises UnknownElement."""
+        from softmark.solvers.mesh.structured_meshes import curve_sides, mesh_extrusion, mesh_ring
 
-        section = ring(self.inner, self.radius, around(self.radius, size), size, cuts)
-        mesh = placed(solid(section, self.length, size, kind, cuts), self.axis, self.origin)
-        return rounded(mesh, self.sides, cylinders(self, cuts))
+        section = mesh_ring(self.inner, self.radius, count_cells_around(self.radius, size), size, cuts)
+        mesh = place_mesh(mesh_extrusion(section, self.length, size, kind, cuts), self.axis, self.origin)
+        return curve_sides(mesh, self.sides, cylinders_of_cuts(self, cuts))
 
     @property
-    def sides(self) -> tuple[Around, ...]:
-        """Its outer and its inner side."""
-        return tuple(Around(self.axis, self.origin, self.length, r) for r in (self.radius, self.inner))
+    def sides(self) -> tuple[CylinderSide, ...]:
+        """Outer and inner side."""
+        return tuple(CylinderSide(self.axis, self.origin, self.length, r) for r in (self.radius, self.inner))
 
 
-def around(radius: float, size: float) -> int:
-    """Cells around a circle (m): eight at the least, and as many in each quarter."""
-    return 8 * divisions(math.pi * radius / 4, size)
+def count_cells_around(radius: float, size: float) -> int:
+    """Return the number of cells around a circle (m): at least eight, and equally many in each quarter."""
+    return 8 * count_divisions(math.pi * radius / 4, size)

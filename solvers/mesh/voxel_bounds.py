@@ -1,4 +1,4 @@
-"""Least and largest numbers of an image within boxes of voxels."""
+"""Least and largest values of an image within boxes of voxels."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ MANY = 4096  # voxels of a box, beyond which blocks of voxels are looked at
 
 @dataclass(frozen=True)
 class VoxelBounds:
-    """Bounds of the numbers of an image: `low` and `high` (nx, ny, nz), the same array where voxels have one number."""
+    """Bounds of an image's values: `low` and `high` (nx, ny, nz), the same array if each voxel has one value."""
 
     low: Floats
     high: Floats
 
     @cached_property
     def coarser(self) -> VoxelBounds:
-        """Bounds over blocks of two by two by two voxels."""
+        """Return bounds over blocks of two by two by two voxels."""
         return VoxelBounds(_blocks(self.low, np.minimum), _blocks(self.high, np.maximum))
 
     def within(self, first: Ints, last: Ints) -> tuple[Floats, Floats]:
-        """Bounds (n,) over boxes of voxels from `first` to `last` (n, 3), inclusive; those of large boxes are wider."""
+        """Return bounds (n,) over boxes of voxels from `first` to `last` (n, 3), inclusive; looser for large boxes."""
         low, high = np.empty(len(first)), np.empty(len(first))
         many = np.prod(last - first + 1.0, axis=1) > MANY
         some = np.flatnonzero(~many)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.energies.elastic_energy import Together, VaryingLaw
+from softmark.solvers.energies.elastic_energy import EnergySum, VaryingLaw
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.external_loads import FollowerPressure
 
@@ -25,7 +25,7 @@ WEIGHED = ("w", "K")  # what the energy of a cell is proportional to
 
 def cells_of(energy: Energy) -> Ints:
     """Nodes of each cell (m, a)."""
-    if isinstance(energy, Together):
+    if isinstance(energy, EnergySum):
         return cells_of(energy.parts[0])
     known: Any = energy
     cells: Ints = known.cells
@@ -34,8 +34,8 @@ def cells_of(energy: Energy) -> Ints:
 
 def apart(energy: Energy) -> Energy:
     """The same energy where no two cells share a node: node b of cell e is e a + b."""
-    if isinstance(energy, Together):
-        return Together(tuple(apart(part) for part in energy.parts))
+    if isinstance(energy, EnergySum):
+        return EnergySum(tuple(apart(part) for part in energy.parts))
     known: Any = energy
     own = np.arange(known.cells.size).reshape(known.cells.shape)
     moved = {name: rows[known.cells.ravel()] for name, rows in _fields(energy, BY_NODE).items()}
@@ -45,8 +45,8 @@ def apart(energy: Energy) -> Energy:
 
 def part(energy: Energy, which: Ints, weights: Floats, nodes: Ints) -> Energy:
     """The energy of the cells `which` times their weights; nodes are numbered as they stand in `nodes`, ascending."""
-    if isinstance(energy, Together):
-        return Together(tuple(part(own, which, weights, nodes) for own in energy.parts))
+    if isinstance(energy, EnergySum):
+        return EnergySum(tuple(part(own, which, weights, nodes) for own in energy.parts))
     known: Any = energy
     rows = of_cells(energy, which)
     for name in set(WEIGHED) & set(rows):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Energy, Floats, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats
 from softmark.solvers.energies.stabilization_spring import Ground
 from softmark.solvers.statics.static_problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
 
@@ -71,7 +71,7 @@ def _pull(problem: Statics) -> float:
 def _borne(assembly: Assembly, ground: Ground, x: Floats, least: float) -> float:
     """What it bears of the forces of loads and contacts on the nodes, by the sums of their sizes, or of the `least`."""
     f = np.zeros(assembly.dofs)
-    meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, Wandering)]
+    meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     for energy, scale in (*assembly.loaded(1.0), *meets):
         energy.add_gradient(x, f, scale)
     own, whole = (float(np.linalg.norm(each, axis=1).sum()) for each in (ground.forces(x), f[ground.stencils]))

@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.external_loads import Share
+from softmark.solvers.energies.external_loads import ScaledLoad
 from softmark.solvers.energies.viscoelastic_memory import Memories
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
 
@@ -65,7 +65,7 @@ def aged(problem: Statics, before: Aged, to: Instant) -> Aged:
     """The equilibrium at a later time, or at the same after a jump. Raises NotConverged."""
     h = max(0.0, to.time - before.time)
     internal = before.memories.over(h)
-    loads = [Share(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
+    loads = [ScaledLoad(load, share) for load, share in zip(problem.assembly.loads, to.shares, strict=True)]
     now = replace(problem, assembly=problem.assembly.acting(internal, loads), twin=None)
     if problem.rest.size == problem.assembly.dofs:
         step = replace(now, target=to.target, start=before.x if before.times else None)

@@ -29,7 +29,7 @@ from dataclasses import replace
 import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats, VectorSpace, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.linear.linear_solver import Linear, Systems
@@ -205,7 +205,7 @@ def _along(newton: Newton, x: Floats, left: Floats) -> Floats:
 
     What rubs is not carried on by more than it may: else corners hook in where they had slid by. Raises NotConverged.
     """
-    wandering = [energy for energy in newton.assembly.internal if isinstance(energy, Wandering)]
+    wandering = [energy for energy in newton.assembly.internal if isinstance(energy, DynamicPatternEnergy)]
     if not wandering:
         return newton.follow(x, left, 1.0)
     most = max(LONGEST, min(energy.stride for energy in wandering) / float(np.abs(left).max()))

@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.energy import Floats, Ints, Space, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints, Space
 from softmark.solvers.energies.stabilization_spring import Ground
 from softmark.solvers.linear import factorisations as linear
 from softmark.solvers.linear.linear_solver import Linear
@@ -175,7 +175,9 @@ class Statics:
     @property
     def touches(self) -> bool:
         """Whether something may come into contact: whole steps go in and out of it by turns, without an end."""
-        return any(e.driven or isinstance(e, Wandering) for e in (*self.assembly.internal, *self.assembly.loads))
+        return any(
+            e.driven or isinstance(e, DynamicPatternEnergy) for e in (*self.assembly.internal, *self.assembly.loads)
+        )
 
     @property
     def beside(self) -> bool:

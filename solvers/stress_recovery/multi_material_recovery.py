@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.mesh.element_interpolation import Located, locate, located
+from softmark.solvers.mesh.element_interpolation import PointLocations, cache_locations, locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.mesh.mesh_groups import same_rows
+from softmark.solvers.mesh.mesh_groups import is_known_row
 from softmark.solvers.stress_recovery.sampling_point_stress import State
 from softmark.solvers.stress_recovery.stress_field import Chosen, Number, Part, Stresses, norm_of
 from softmark.solvers.stress_recovery.stress_measures import Sides
@@ -195,8 +195,8 @@ class Layers(Stresses):
         Where a point lies on a face, an edge or a corner of its cell, all shape functions but those of its nodes are
         zero; the materials of the cells that have these nodes meet there.
         """
-        where = locate(self.state.mesh, X)
-        found = np.stack([same_rows(own.state.mesh.cells, where.nodes) for own in self.each])
+        where = locate_points(self.state.mesh, X)
+        found = np.stack([is_known_row(own.state.mesh.cells, where.nodes) for own in self.each])
         alone = found.copy()
         counts = np.abs(where.N) > AT
         several = (self._touched[:, where.nodes] | ~counts).all(axis=2).sum(axis=0) > 1
@@ -206,7 +206,9 @@ class Layers(Stresses):
                 row[point] |= bool(np.isin(own.state.mesh.cells, nodes).sum(axis=1).max() == len(nodes))
         for own, row, here in zip(self.each, found, alone, strict=True):
             if row.any() and (row == here).all():  # its cells have all of these points: they need not be found again
-                located(own.state.mesh, X[row], Located(where.nodes[row], where.N[row], where.outside[row]))
+                cache_locations(
+                    own.state.mesh, X[row], PointLocations(where.nodes[row], where.N[row], where.outside[row])
+                )
         return found
 
 

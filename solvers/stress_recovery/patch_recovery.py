@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.elements.element import Element
-from softmark.solvers.mesh.element_interpolation import Rule, locate
+from softmark.solvers.mesh.element_interpolation import Rule, locate_points
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.stress_recovery.sampling_point_stress import superconvergent
 
@@ -52,12 +52,12 @@ class Recovered:
 
     def at(self, X: Floats) -> Floats:
         """Values (n, k) at points X (n, 3) of the undeformed body, with the shape functions of the element."""
-        where = locate(self.mesh, X)
+        where = locate_points(self.mesh, X)
         return self._interpolated(where.nodes, where.N, self.at_nodes)
 
     def left(self, X: Floats) -> Floats:
         """By how much, in the mean square, cells around X (n, 3) differ from what is recovered (n, k)."""
-        where, corners = locate(self.mesh, X), self.mesh.element.corners
+        where, corners = locate_points(self.mesh, X), self.mesh.element.corners
         nodes, N = where.nodes[:, :corners], np.clip(where.N[:, :corners], 0.0, None)
         total = N.sum(axis=1, keepdims=True)
         N = np.where(total > 0.0, N / np.where(total > 0.0, total, 1.0), 1.0 / corners)

@@ -12,9 +12,9 @@ from softmark.solvers.elements.element import Element
 from softmark.solvers.energies import displacement_gradient_scaling
 from softmark.solvers.materials import Isotropic, law_for, mixed_for, parts_for
 from softmark.solvers.materials.volumetric_constraints import Mixed
-from softmark.solvers.mesh.element_interpolation import Integration, Rule, integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import Integration, Rule, integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.mesh.pressure_interpolation import pressures
+from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 AXIS = 1e-9  # of the extent: what is as near to the axis lies on it
 SYMMETRIC = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))  # xx, yy, zz, xy, yz, zx
@@ -39,7 +39,7 @@ class State:
     strain: str
     u: Floats
     way: str = "full"
-    pressures: Floats | None = None
+    build_pressure_space: Floats | None = None
     plane: bool = False
     revolved: bool = False
     at: Callable[[Isotropic, Mesh, Rule], Isotropic] | None = None
@@ -59,7 +59,7 @@ class State:
 
     def _sizes(self, rule: Rule) -> Floats:
         """The volumes of points (m, q), m^3; of a body of revolution in proportion to those of whole rings."""
-        parts = integration(self.mesh, rule=rule)
+        parts = integrate_cells(self.mesh, rule=rule)
         return parts.w * (self.mesh.points[self.mesh.cells, 0] @ parts.N.T) if self.revolved else parts.w
 
     def sampled(self, rule: Rule) -> tuple[Floats, Floats, Floats]:
@@ -78,7 +78,7 @@ class State:
 
     def _gradient(self, rule: Rule) -> Floats:
         """du_i/dX_J (m, q, 3, 3)."""
-        H = self._gradient_of(integration(self.mesh, rule=rule))
+        H = self._gradient_of(integrate_cells(self.mesh, rule=rule))
         if self.material.thin:  # it grows thinner than its nodes show
             from softmark.solvers.materials.plane_stress import thickness
 
@@ -123,7 +123,7 @@ class State:
     def _pressed(self, rule: Rule) -> Floats:
         if self.pressures is None:
             raise NoStress("the pressures that belong to its displacements are not known")
-        return self.pressures @ pressures(self.mesh, rule).N.T
+        return self.pressures @ build_pressure_space(self.mesh, rule).N.T
 
     def _dilated(self) -> Floats:
         """The pressure of each cell (m, 1), Pa: int g dV / int 1/M dV."""
@@ -131,7 +131,7 @@ class State:
         w, split = self._sizes(rule), self._split(rule)
         H = self._gradient(rule)
         reach = float(np.abs(H).max(initial=0.0))
-        up = displacement_gradient_scaling.factor(reach, self.strain == "small", lambda c: c * reach)
+        up = displacement_gradient_scaling.find_scale(reach, self.strain == "small", lambda c: c * reach)
         g = split.constraint.value(_deformation(up * H)).reshape(w.shape) / up
         pressure: Floats = ((w * g).sum(axis=1) / (w * split.compliance).sum(axis=1))[:, None]
         return pressure
@@ -148,7 +148,7 @@ class State:
 
 def _piola(law: Any, H: Floats) -> Floats:
     """The first Piola-Kirchhoff stress (m q, 3, 3), Pa, of H (m, q, 3, 3)."""
-    return displacement_gradient_scaling.piola(law, H.reshape(-1, 3, 3))
+    return displacement_gradient_scaling.first_piola_stress(law, H.reshape(-1, 3, 3))
 
 
 def _deformation(H: Floats) -> Floats:

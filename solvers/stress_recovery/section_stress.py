@@ -14,7 +14,7 @@ import numpy as np
 
 from softmark.solvers.mesh.cross_sections import Rectangle
 from softmark.solvers.mesh.mesh import Floats
-from softmark.solvers.mesh.shape import Circular, Section
+from softmark.solvers.mesh.shape import CircularSection, Section
 
 TERMS = 200  # of a series, those with even numbers left out: at corners what is left out is a thousandth
 
@@ -55,7 +55,7 @@ def stress_in_taper(
 
 def _twisted(section: Section, X2: Floats, X3: Floats) -> Floats:
     """Shear stress (n, 2), Pa, along X2 and X3, of a torque of 1 N m. Raises TypeError."""
-    if isinstance(section, Circular):
+    if isinstance(section, CircularSection):
         return np.stack([-X3, X2], axis=1) / section.torsion
     if not isinstance(section, Rectangle):
         raise TypeError(f"nothing is known of the stress in a {type(section).__name__}")
@@ -88,7 +88,7 @@ def _sheared(section: Section, poisson: float, X2: Floats, X3: Floats, second: b
     """Shear stress (n, 2), Pa, along X2 and X3, of 1 N along X2, or along X3 as the `second`. Raises TypeError."""
     x, y = (X3, X2) if second else (X2, X3)
     I = section.moments[0 if second else 1]
-    if isinstance(section, Circular):
+    if isinstance(section, CircularSection):
         own = _sheared_ring(section.radius, section.hollow or 0.0, poisson, I, x, y)
     elif isinstance(section, Rectangle):
         a, b = (0.5 * e for e in (section.extents[::-1] if second else section.extents))

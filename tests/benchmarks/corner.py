@@ -23,7 +23,7 @@ from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import MotionNotConverged
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "solvers"))
 STEP, PARTS, EVERY = 5e-4, 24, 100
@@ -73,7 +73,7 @@ def _law(name: str, young: float, poisson: float) -> Any:
 
 
 def _elastic(mesh: Any, law: Any) -> Elastic:
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     return Elastic(mesh.cells, parts.dNdX, parts.w, law)
 
 

@@ -27,11 +27,11 @@ from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.mesh_distortion import distorted
+from softmark.solvers.mesh.mesh_distortion import distort
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.spring_edges import network
+from softmark.solvers.mesh.spring_edges import build_spring_network
 
 STEPS = 400  # at 0.3 % beyond the edge each multiplies by 1.08 where nothing damps
 SPEED = 1e-7  # m in a step: strains stay so small that the body is linear, and far above rounding
@@ -69,17 +69,17 @@ def mesh_of(some: Configuration) -> Mesh:
         points = mesh.points.copy()
         points[:, 0] = 2.0 * (points[:, 0] / 2.0) ** 1.8
         mesh = Mesh(points, mesh.cells, mesh.kind)
-    return distorted(mesh, 0.05) if some.mesh == "distorted" else mesh
+    return distort(mesh, 0.05) if some.mesh == "distorted" else mesh
 
 
 def energy_of(some: Configuration, mesh: Mesh) -> Any:
     """Springs of the material, or its law over the mesh."""
     if some.kind == "springs":
-        net = network(mesh, "all")
+        net = build_spring_network(mesh, "all")
         D = mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]]
         return Springs(net.edges, D, stiffness_from_modulus(some.young, net.weight, np.linalg.norm(D, axis=1)))
     law = law_for(MATERIALS["neo_hookean"](some.young, some.poisson, some.density), some.strain)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     corotational = some.strain == "corotational" and some.kind == "tet4"
     return (CorotationalTets if corotational else Elastic)(mesh.cells, parts.dNdX, parts.w, law)
 

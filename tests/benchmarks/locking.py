@@ -21,13 +21,13 @@ import numpy as np
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.mixed_elements import with_pressures
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEnergy, MeanDilatation
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for, parts_for
-from softmark.solvers.mesh.cell_splitting import chessboard, meshed
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.cell_splitting import mesh_hexahedra, two_colour_points
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Linear, Statics, equilibrium
@@ -45,7 +45,7 @@ FORMS = (
 
 def energy_of(mesh: Mesh, form: str, what: Any) -> Any:
     """The energy of small strain of a formulation."""
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     body, split = (mesh.cells, parts.dNdX, parts.w), mixed_for(what, "small")
     if form == "mixed" and split is not None:
         return with_pressures(mesh, parts, split, what.shear_modulus)
@@ -54,7 +54,7 @@ def energy_of(mesh: Mesh, form: str, what: Any) -> Any:
     if form == "selective":
         middle, laws = mean_gradients(mesh), parts_for(what, "small")
         assert laws is not None
-        return Together((Elastic(*body, laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
+        return EnergySum((Elastic(*body, laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
     return Elastic(*body, law_for(what, "small"))
 
 
@@ -93,7 +93,7 @@ def cook(kind: str, form: str, n: int, nu: float = 0.4999, young: float = 250.0,
     s, t, z = s[used], t[used], z[used]
     points = np.stack([48 * s, 44 * t + s * (44 + t * 16 - 44 * t), z * n * through], axis=1)
     bricks = Mesh(points, cells.reshape(-1, 8), "hex8")
-    mesh = meshed(points, bricks.cells, chessboard(bricks), ELEMENTS[kind])
+    mesh = mesh_hexahedra(points, bricks.cells, two_colour_points(bricks), ELEMENTS[kind])
     x, y, z = mesh.points.T
     fixed = np.concatenate([3 * np.flatnonzero(x < 1e-9) + i for i in range(2)] + [3 * np.arange(len(x)) + 2])
     f = np.zeros_like(mesh.points)

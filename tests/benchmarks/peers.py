@@ -26,8 +26,8 @@ import numpy as np
 
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.elements.tet10 import Tet10
-from softmark.solvers.mesh.cell_splitting import meshed, with_nodes
-from softmark.solvers.mesh.structured_meshes import disc, extrude
+from softmark.solvers.mesh.cell_splitting import add_midside_nodes, mesh_hexahedra
+from softmark.solvers.mesh.structured_meshes import extrude, mesh_disc
 
 HERE = Path(__file__).parent / "peers"
 MESHES = {  # edge across and along, m, and whether quadratic
@@ -58,8 +58,8 @@ def installed(name: str) -> bool:
 
 def write(path: Path, across: float, along: float, ten: bool, share: float = 1.0) -> int:
     """The file of a problem, under a share of the weight; how many cells it has."""
-    mesh = meshed(*extrude(disc(0.019, across), 0.178, along), Tet4)
-    mesh = with_nodes(mesh, Tet10) if ten else mesh
+    mesh = mesh_hexahedra(*extrude(mesh_disc(0.019, across), 0.178, along), Tet4)
+    mesh = add_midside_nodes(mesh, Tet10) if ten else mesh
     points = np.ascontiguousarray(mesh.points[:, [2, 0, 1]])  # the axis along x
     np.savez(path, points=points, cells=mesh.cells, young=60e3, poisson=NU, density=1070.0, gravity=9.81 * share)
     return len(mesh.cells)

@@ -43,10 +43,10 @@ from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.mesh.cell_splitting import meshed
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.cell_splitting import mesh_hexahedra
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.structured_meshes import disc, extrude
+from softmark.solvers.mesh.structured_meshes import extrude, mesh_disc
 
 L, R, E, NU, RHO, DOWN = 0.178, 0.019, 60e3, 0.49, 1070.0, 9.81
 STEP = 0.01  # s
@@ -61,9 +61,9 @@ WAYS: dict[str, dict[str, Any]] = {
 def beam(cells: int, integrator: str) -> tuple[Mesh, Dynamics]:
     """The mesh and the problem of the beam that is let go."""
     across, layers = SIZES[cells]
-    mesh = meshed(*extrude(disc(R, across), L, L / layers), Tet4)
+    mesh = mesh_hexahedra(*extrude(mesh_disc(R, across), L, L / layers), Tet4)
     mesh = Mesh(np.ascontiguousarray(mesh.points[:, [2, 0, 1]]), mesh.cells)  # the axis along x
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     law = Corotational(E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU)))
     energy = CorotationalTets(mesh.cells, parts.dNdX, parts.w, law)
     nodal = np.bincount(mesh.cells.ravel(), np.repeat(0.25 * RHO * mesh.volumes, 4))

@@ -29,14 +29,14 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.spring_edges import network
-from softmark.solvers.mesh.structured_meshes import PlaneMesh, solid
+from softmark.solvers.mesh.spring_edges import build_spring_network
+from softmark.solvers.mesh.structured_meshes import PlaneMesh, mesh_extrusion
 from softmark.solvers.statics.perturbed_states import DISTURBANCES, DisturbedNodes, disturbed
 from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics
@@ -65,7 +65,7 @@ def lattice(across: int, along: int, kind: str) -> Mesh:
     corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
     quads = np.stack(corners, axis=-1).reshape(-1, 4)
     section = PlaneMesh(np.stack([i, j], axis=1), quads, (i + j).astype(np.int64) % 2)
-    return solid(section, float(along), 1.0, kind)
+    return mesh_extrusion(section, float(along), 1.0, kind)
 
 
 @cache
@@ -73,7 +73,7 @@ def block(law: str, element: str) -> Block:
     """The block of a law and an element, Young's modulus 1 Pa and a Poisson's ratio of 0.3."""
     kind = element.split()[0]
     mesh = lattice(2, 4, kind) if kind == "tet10" else lattice(3, 6, kind)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     strain = law if law == "corotational" else "finite"
     material = MATERIALS[law if law in MATERIALS else "linear_elastic"](1.0, 0.3, 1.0)
     known = law_for(material, "small" if law == "springs" else strain)
@@ -96,7 +96,7 @@ def integrated(cells: Elastic, mesh: Mesh, element: str, material: Any, strain: 
         if laws is None:
             raise SystemExit(f"{material} does not come apart")
         middle = mean_gradients(mesh)
-        return Together((replace(cells, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
+        return EnergySum((replace(cells, law=laws[0]), Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
     known: Any = cells.law
     if strain == "corotational" and mesh.kind == "tet4":
         return CorotationalTets(cells.cells, cells.dNdX, cells.w, known)
@@ -105,7 +105,7 @@ def integrated(cells: Elastic, mesh: Mesh, element: str, material: Any, strain: 
 
 def springs(mesh: Mesh) -> Springs:
     """Springs along the edges of tetrahedra, or along edges and diagonals of hexahedra."""
-    net = network(mesh, "all")
+    net = build_spring_network(mesh, "all")
     D = mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]]
     return Springs(net.edges, D, stiffness_from_modulus(1.0, net.weight, np.linalg.norm(D, axis=1)))
 

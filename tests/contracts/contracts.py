@@ -42,15 +42,15 @@ from softmark.interpreter.verification.by_model import voucher_of
 from softmark.interpreter.verification.by_model.verifier import Voucher
 from softmark.interpreter.vocabulary import LOADS, SUPPORTS
 from softmark.interpreter.vocabulary.load_words import (
-    AtPoint,
-    Follower,
+    BodyForce,
+    LineForce,
     Load,
-    PerArea,
-    PerLength,
-    PerMass,
-    Routed,
-    Tensile,
-    Turning,
+    MomentLoad,
+    PointLoad,
+    PressureLoad,
+    RemoteStress,
+    SurfaceTraction,
+    TendonLoad,
 )
 from softmark.interpreter.vocabulary.support_words import Support
 from softmark.records import dataclass
@@ -199,7 +199,10 @@ def check_load(cls: type[Any], words: str) -> None:
     assert errors(found) == [], name
     push = scene.declared["push"].thing
     assert push.strength in {f.name for f in dataclasses.fields(cls)}, "which field says how much?"
-    assert isinstance(push.action, PerMass | PerArea | Tensile | Follower | Turning | AtPoint | PerLength | Routed)
+    assert isinstance(
+        push.action,
+        BodyForce | SurfaceTraction | RemoteStress | PressureLoad | MomentLoad | PointLoad | LineForce | TendonLoad,
+    )
     np.testing.assert_allclose(_amount(push.part(0.5).action), 0.5 * _amount(push.action), rtol=1e-15)
     case = case_for(scene, scene.declared["m"])
     prepared = build(scene.declared["m"], case, Workshop(scene=scene))
@@ -212,11 +215,11 @@ def check_load(cls: type[Any], words: str) -> None:
 
 def _amount(action: Any) -> Any:
     match action:
-        case PerMass(acceleration=a):
+        case BodyForce(acceleration=a):
             return np.array(a)
-        case PerArea(traction=t) | Turning(moment=t):
+        case SurfaceTraction(traction=t) | MomentLoad(moment=t):
             return np.array(t)
-        case Tensile(stress=s) | Follower(pressure=s) | Routed(tension=s):
+        case RemoteStress(stress=s) | PressureLoad(pressure=s) | TendonLoad(tension=s):
             return np.array(s)
     return np.array(action.force)
 

@@ -41,7 +41,7 @@ from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.interpreter.verification.by_model.verifier import Voucher
 from softmark.interpreter.vocabulary import LOADS, PROBES, SUPPORTS
 from softmark.interpreter.vocabulary.analysis_words import EXPLICIT
-from softmark.interpreter.vocabulary.load_words import Load, PerMass
+from softmark.interpreter.vocabulary.load_words import BodyForce, Load
 from softmark.records import dataclass
 from softmark.references import REFERENCES
 from softmark.references.reference_base import How, Reference
@@ -234,9 +234,9 @@ class Wind(Load):
     speed: Annotated[float, "m/s^2 in [0, inf)", "how strongly"]
 
     @property
-    def action(self) -> PerMass:
+    def action(self) -> BodyForce:
         """How it acts."""
-        return PerMass((self.speed, 0.0, 0.0))
+        return BodyForce((self.speed, 0.0, 0.0))
 
 
 @pytest.fixture
@@ -329,7 +329,7 @@ class Guess(Model):
     """A model that has words and nothing else."""
 
     moves = False
-    loads = (PerMass,)
+    loads = (BodyForce,)
 
     share: Annotated[float, "1 in (0, 1]", "how much of it is believed"] = 0.5
     body: Annotated[str | None, "body", "the body, where a scene has several"] = None

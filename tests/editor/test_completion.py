@@ -86,7 +86,7 @@ def test_what_is_offered(text: str, some: list[str], none: list[str]) -> None:
 def test_units_are_those_of_the_dimension_that_is_due(text: str, dimension: units.Dimension) -> None:
     found = labels(text)
     assert found
-    assert {units.parse(unit).dimension for unit in found} == {dimension}
+    assert {units.parse_unit(unit).dimension for unit in found} == {dimension}
 
 
 @pytest.mark.parametrize("text", ["param M = 60 |", "material a = neo_hookean(young = 2 * 60 |"])

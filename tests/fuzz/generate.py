@@ -257,7 +257,7 @@ class Maker:
 
     def unit(self, asked: Field) -> str:
         """A unit of the dimension of a field."""
-        text = units.si(asked.dimension or units.NONE)
+        text = units.si_unit(asked.dimension or units.NONE)
         return "" if text == "1" else f" {text}"
 
     def _quantity(self, asked: Field, depth: int) -> str:

@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements.tet10 import Tet10
-from softmark.solvers.mesh.cell_splitting import five, with_nodes
+from softmark.solvers.mesh.cell_splitting import add_midside_nodes, split_into_five
 from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
-from softmark.solvers.mesh.files.mesh_validation import overlap
+from softmark.solvers.mesh.files.mesh_validation import find_overlap
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile
 
@@ -38,7 +38,13 @@ def grid(nx: int, ny: int = 1) -> Mesh:
 
 def bar(kind: str = "tet4", count: int = 3) -> Parts:
     mesh = grid(count)
-    mesh = mesh if kind == "hex8" else five(mesh) if kind == "tet4" else with_nodes(five(mesh), Tet10)
+    mesh = (
+        mesh
+        if kind == "hex8"
+        else split_into_five(mesh)
+        if kind == "tet4"
+        else add_midside_nodes(split_into_five(mesh), Tet10)
+    )
     return 1e3 * mesh.points, mesh.cells.copy()
 
 
@@ -256,8 +262,8 @@ def test_hexahedra_in_one_and_the_same_place_overlap(order: list[int], skewed: b
     points = mesh.points @ np.array([[1, 0.3, 0.1], [0, 1, 0.4], [0, 0, 1]]) if skewed else mesh.points
     cells = np.concatenate([mesh.cells, 8 + mesh.cells[:, order]])
     assert Mesh(np.concatenate([points, points]), cells, "hex8").volumes.min() > 0
-    assert overlap(Mesh(np.concatenate([points, points]), cells, "hex8")) is not None
-    assert overlap(Mesh(np.concatenate([points, points + np.array([0, 0, 0.02])]), cells, "hex8")) is None
+    assert find_overlap(Mesh(np.concatenate([points, points]), cells, "hex8")) is not None
+    assert find_overlap(Mesh(np.concatenate([points, points + np.array([0, 0, 0.02])]), cells, "hex8")) is None
 
 
 def test_a_coil_whose_second_turn_lies_in_its_first_is_refused(tmp_path: Path) -> None:
@@ -273,7 +279,7 @@ def test_a_coil_whose_second_turn_lies_in_its_first_is_refused(tmp_path: Path) -
 
 @pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8"])
 def test_sound_meshes_do_not_overlap(kind: str) -> None:
-    assert overlap(Cylinder(0.178, 0.019).mesh(kind, 0.012)) is None
+    assert find_overlap(Cylinder(0.178, 0.019).mesh(kind, 0.012)) is None
 
 
 def test_cells_of_other_kinds_are_named(tmp_path: Path) -> None:

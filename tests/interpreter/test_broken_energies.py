@@ -271,7 +271,7 @@ def test_a_wrong_pore_pressure_is_seen(name: str, monkeypatch: pytest.MonkeyPatc
 def test_a_point_that_is_taken_for_another_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shape functions at the point of a force, which still add up to one."""
     must_be_right(AT_A_POINT)
-    right = element_interpolation._beyond
+    right = element_interpolation._extrapolated_shape_functions
 
     def wrong(*arguments: Any) -> Any:
         N = np.array(right(*arguments))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.grammar.parser import parse_expression
-from softmark.interpreter.language.condition_syntax import selection
+from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
-from softmark.interpreter.language.expression_evaluation import Bad, Evaluator, Place, Quantity
+from softmark.interpreter.language.expression_evaluation import EvaluationError, Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
 from softmark.interpreter.problem.axial_selection import coverage, coverages
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -27,8 +27,8 @@ def read(text: str) -> tuple[Condition | None, list[Diagnostic]]:
     assert node is not None, problems
     evaluator = Evaluator(Place(Source("text", text), found), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
     try:
-        return selection(node, evaluator), found
-    except Bad:
+        return read_condition(node, evaluator), found
+    except EvaluationError:
         return None, found
 
 

@@ -14,8 +14,8 @@ import pytest
 import softmark
 from softmark.interpreter.language.expression_evaluation import Quantity, VectorValue
 from softmark.interpreter.metrics.curve_error import CurveError
-from softmark.interpreter.metrics.curve_geometry import Course, Curve
-from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
+from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
+from softmark.interpreter.metrics.measurement import Measurement, MetricInput, MetricNumber, ReferenceData
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.report.run.figures.tolerance_bands import Band
@@ -44,7 +44,9 @@ metric   sag    = displacement(end, along = -z)
 
 def measured(metric: ErrorOfValue, found: float, given: KnownValue) -> Measurement:
     none = np.zeros((0, 3))
-    seen = Seen("m", None, none, none, known=Known("codes", value=given), number=Number(found, "m"))  # type: ignore[arg-type]
+    seen = MetricInput(
+        "m", None, none, none, known=ReferenceData("codes", value=given), number=MetricNumber(found, "m")
+    )  # type: ignore[arg-type]
     return metric.measure(seen)
 
 
@@ -192,8 +194,8 @@ def test_a_curve_is_inside_between_its_ends(tmp_path: Path) -> None:
     reference = Curve(found.x, found.y, found.u, band=found.band)
     x = np.array([0.0, 4.0])
     for y, inside in ((x + 2.0, 1.0), (x - 2.0, 0.0), (3.0 * x - 1.0, 0.5)):
-        seen = Seen("m", None, np.zeros((0, 3)), np.zeros((0, 3)), known=Known("codes", curve=reference),  # type: ignore[arg-type]
-                    curve=Course(x, y, ("s", "m")))  # fmt: skip
+        seen = MetricInput("m", None, np.zeros((0, 3)), np.zeros((0, 3)), known=ReferenceData("codes", curve=reference),  # type: ignore[arg-type]
+                    curve=MetricCurve(x, y, ("s", "m")))  # fmt: skip
         at = CurveError("sag", "codes").measure(seen)
         assert at.details["inside_share"] == pytest.approx(inside)
 

@@ -14,8 +14,8 @@ from scipy.integrate import quad
 
 import softmark
 from softmark.interpreter.metrics.curve_error import CurveError
-from softmark.interpreter.metrics.curve_geometry import Course, Curve
-from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
+from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
+from softmark.interpreter.metrics.measurement import Measurement, MetricInput, ReferenceData
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.pipeline.run_pipeline import Options, run
 from softmark.interpreter.report.run.report_page import render
@@ -25,17 +25,17 @@ from softmark.interpreter.vocabulary.amplitude_words import Table
 STATISTICS = ("rms", "max", "area", "unexplained", "slope")
 
 
-def _random(seed: int) -> tuple[Course, Curve]:
+def _random(seed: int) -> tuple[MetricCurve, Curve]:
     draw = np.random.default_rng(seed)
     x, r = np.cumsum(draw.uniform(0.1, 1.0, 9)), np.cumsum(draw.uniform(0.1, 1.0, 7))
-    own = Course(x, np.cumsum(draw.normal(size=9)) + 5.0, ("m", "N"))
+    own = MetricCurve(x, np.cumsum(draw.normal(size=9)) + 5.0, ("m", "N"))
     return own, Curve(r, np.cumsum(draw.normal(size=7)) + 5.0, draw.uniform(0.1, 1.0, 7))
 
 
-def value(own: Course, reference: Curve, statistic: str, initial: float = 0.1) -> Measurement:
+def value(own: MetricCurve, reference: Curve, statistic: str, initial: float = 0.1) -> Measurement:
     metric = CurveError("a", "b", "c", statistic, initial)  # type: ignore[arg-type]
     none = np.zeros((0, 3))
-    return metric.measure(Seen("m", None, none, none, known=Known("b", curve=reference), curve=own))  # type: ignore[arg-type]
+    return metric.measure(MetricInput("m", None, none, none, known=ReferenceData("b", curve=reference), curve=own))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -91,7 +91,7 @@ def test_no_statistic_moves_more_than_is_stated(seed: int, statistic: str) -> No
         off = size * draw.normal(size=len(own.x))
         metric = CurveError("a", "b", "c", statistic)  # type: ignore[arg-type]
         bound = metric.moved(own.x, own.y, off, ref)
-        other = Course(own.x, own.y + off, own.units)
+        other = MetricCurve(own.x, own.y + off, own.units)
         assert abs(value(other, ref, statistic).value - value(own, ref, statistic).value) <= bound * (1 + 1e-9)
 
 
@@ -99,27 +99,30 @@ def test_curves_that_agree_are_zero_apart_whatever_their_points() -> None:
     x, fine = np.array([0.0, 1.0, 3.0]), np.linspace(0.0, 3.0, 31)
     y = np.array([0.0, 2.0, 3.0])
     for statistic in STATISTICS:
-        found = value(Course(fine, np.interp(fine, x, y), ("m", "N")), Curve(x, y, 0 * y), statistic, 0.5)
+        found = value(MetricCurve(fine, np.interp(fine, x, y), ("m", "N")), Curve(x, y, 0 * y), statistic, 0.5)
         assert found.value == pytest.approx(0.0, abs=1e-12)
-    back = Course(fine[::-1], np.interp(fine, x, y)[::-1], ("m", "N"))
+    back = MetricCurve(fine[::-1], np.interp(fine, x, y)[::-1], ("m", "N"))
     assert value(back, Curve(x, y, 0 * y), "rms").value == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_has_no_value_says_why() -> None:
     ref = Curve(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.zeros(2))
     cases = [
-        (Course(np.array([2.0, 3.0]), np.ones(2), ("m", "N")), "from 2 to 3 m, .* from 0 to 1 m: .*no range in common"),
-        (Course(np.array([0.0, 2.0, 1.0]), np.ones(3), ("m", "N")), "turns back"),
-        (Course(np.array([1.5]), np.ones(1), ("m", "N")), "at 1.5 m, .* goes from 0 to 1 m"),
-        (Course(np.array([0.0]), np.ones(1), ("m", "N")), "zero there"),
+        (
+            MetricCurve(np.array([2.0, 3.0]), np.ones(2), ("m", "N")),
+            "from 2 to 3 m, .* from 0 to 1 m: .*no range in common",
+        ),
+        (MetricCurve(np.array([0.0, 2.0, 1.0]), np.ones(3), ("m", "N")), "turns back"),
+        (MetricCurve(np.array([1.5]), np.ones(1), ("m", "N")), "at 1.5 m, .* goes from 0 to 1 m"),
+        (MetricCurve(np.array([0.0]), np.ones(1), ("m", "N")), "zero there"),
     ]
     for own, why in cases:
         with pytest.raises(Undefined, match=why):
             value(own, ref, "rms")
     with pytest.raises(Undefined, match="a point"):
-        value(Course(np.array([0.5]), np.ones(1), ("m", "N")), ref, "slope")
+        value(MetricCurve(np.array([0.5]), np.ones(1), ("m", "N")), ref, "slope")
     with pytest.raises(Undefined, match="same everywhere"):
-        value(Course(np.array([0.0, 1.0]), np.ones(2), ("m", "N")), Curve(ref.x, np.ones(2), ref.u), "unexplained")
+        value(MetricCurve(np.array([0.0, 1.0]), np.ones(2), ("m", "N")), Curve(ref.x, np.ones(2), ref.u), "unexplained")
 
 
 # ------------------------------------------------------------------ in a run

@@ -88,7 +88,7 @@ def _measured(text: str) -> tuple[list[float], tuple[int, ...]]:
     """The numbers of an example's value in SI, and their dimension."""
     found = re.fullmatch(r"([\[(].*[\])]|[-\d.e+]+)\s*(\S*)", text)
     assert found is not None, text
-    unit = units.parse(found[2]) if found[2] else None
+    unit = units.parse_unit(found[2]) if found[2] else None
     factor = 1.0 if unit is None else unit.factor
     return [factor * float(x) for x in re.findall(r"[-\d.]+", found[1])], units.NONE if unit is None else unit.dimension
 

@@ -96,8 +96,8 @@ def test_the_page_names_the_unit_of_everything_that_is_asked(to: str, said: list
 @pytest.mark.parametrize("si", OF_MM)
 def test_units_of_decks_in_millimetres_are_what_grams_and_seconds_make_of_them(si: str) -> None:
     """A thousandth for every mm and every g in the dimension: a newton is 1e6 g mm/s^2."""
-    there, here = units.parse(OF_MM[si]), units.parse(si)
-    length, mass = (units.parse(base).dimension for base in ("m", "kg"))
+    there, here = units.parse_unit(OF_MM[si]), units.parse_unit(si)
+    length, mass = (units.parse_unit(base).dimension for base in ("m", "kg"))
     powers = sum(p * (a + b) for p, a, b in zip(here.dimension, length, mass, strict=True))
     assert there.dimension == here.dimension
     assert there.factor == pytest.approx(1e-3**powers * here.factor, rel=1e-12)

@@ -14,7 +14,7 @@ from softmark.grammar.parser import parse_expression
 from softmark.interpreter.language import units
 from softmark.interpreter.language.expression_evaluation import (
     FUNCTIONS,
-    Bad,
+    EvaluationError,
     Evaluator,
     Place,
     Quantity,
@@ -36,7 +36,7 @@ def evaluate(text: str) -> tuple[Value | None, list[Diagnostic]]:
         value: Value | None = Evaluator(
             Place(Source("text", text), found), lambda name: NAMES[name.text], CATALOGUE
         ).value(node)
-    except Bad:
+    except EvaluationError:
         value = None
     assert (value is None) == bool(found)
     return value, found
@@ -80,7 +80,7 @@ VALUES = [
 def test_value(text: str, value: float, unit: str) -> None:
     found, _ = evaluate(text)
     assert isinstance(found, Quantity)
-    assert found.dimension == units.parse(unit).dimension
+    assert found.dimension == units.parse_unit(unit).dimension
     assert found.value == pytest.approx(value, rel=1e-13)
 
 
@@ -101,7 +101,7 @@ VECTORS = [
 def test_vector(text: str, values: tuple[float, ...], unit: str) -> None:
     found, _ = evaluate(text)
     assert isinstance(found, VectorValue)
-    assert found.dimension == units.parse(unit).dimension
+    assert found.dimension == units.parse_unit(unit).dimension
     assert found.values == pytest.approx(values, rel=1e-13)
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.api import python_api
-from softmark.interpreter.language.interval_arithmetic import over
-from softmark.interpreter.language.spatial_profiles import Streams
+from softmark.interpreter.language.interval_arithmetic import bound_expression
+from softmark.interpreter.language.spatial_profiles import DirectionProfile
 
 STRIP = """
 material flesh = transversely_isotropic(shear = 10 kPa, k1 = 20 kPa, k2 = 1, density = 1000 kg/m^3, bulk = 100 kPa,
@@ -26,9 +26,9 @@ EXPRESSIONS = (
 )  # fmt: skip
 
 
-def rule(text: str) -> Streams:
+def rule(text: str) -> DirectionProfile:
     found = python_api.loads(STRIP.format(text, BOX, "hex8", "5 mm")).scene.declared["flesh"].thing.fibres
-    assert isinstance(found, Streams)
+    assert isinstance(found, DirectionProfile)
     return found
 
 
@@ -40,7 +40,7 @@ def test_all_values_over_a_box_are_within_its_bounds(text: str) -> None:
     high = low + rng.uniform(0.0, 4e-3, (400, 1)) * rng.uniform(0.0, 1.0, (400, 3))
     X = low[:, None] + (high - low)[:, None] * rng.uniform(0.0, 1.0, (400, 50, 3))
     for part in rule(text).components:
-        known, seen = over(part.root, low, high), part.values(X.reshape(-1, 3), None).reshape(400, 50)
+        known, seen = bound_expression(part.root, low, high), part.values(X.reshape(-1, 3), None).reshape(400, 50)
         finite = np.isfinite(seen)
         assert np.all(finite[~known.may])
         assert not np.any(finite[known.none])

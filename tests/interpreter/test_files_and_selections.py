@@ -37,7 +37,7 @@ def test_every_format_that_is_read_is_known_by_its_ending() -> None:
 @pytest.mark.parametrize(("name", "steps"), [("skin.stl", False), ("skin.ply", True), ("skin.msh", False)])
 def test_a_surface_is_filled_by_what_fills_it(name: str, steps: bool) -> None:
     """`gmsh -3 skin.stl` of Gmsh 4.15 leaves 12 triangles; with a volume it makes tetrahedra. It merges no .ply."""
-    said = mesh_formats.filling(Path(name))
+    said = mesh_formats.advise_filling(Path(name))
     assert "Surface Loop(1) = Surface{:}; Volume(1) = {1};" in said
     assert ("meshio convert skin.ply skin.stl" in said) == steps
     assert f"gmsh -3 {name}" not in said

@@ -10,7 +10,7 @@ import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
 from softmark.interpreter.language.message_limit import MOST
-from softmark.interpreter.language.scene_sources import LARGEST, Missing, beginning, read
+from softmark.interpreter.language.scene_sources import LARGEST, UnreadableScene, read_limited, read_scene_file
 from softmark.interpreter.validation.scene_loader import checked
 from softmark.solvers.mesh.files import bounded_reader
 
@@ -39,16 +39,16 @@ class Counting(io.BytesIO):
 
 def test_no_more_is_read_than_a_scene_may_have() -> None:
     stream = Counting()
-    with pytest.raises(Missing, match="standard input is larger than 1 MB"):
-        beginning(stream, "standard input")
+    with pytest.raises(UnreadableScene, match="standard input is larger than 1 MB"):
+        read_limited(stream, "standard input")
     assert stream.taken == LARGEST + 1
 
 
 def test_a_file_of_a_terabyte(tmp_path: Path) -> None:
     with (tmp_path / "large.scene").open("wb") as file:
         file.truncate(10**12)  # takes no space
-    with pytest.raises(Missing, match="larger than 1 MB"):
-        read(tmp_path / "large.scene")
+    with pytest.raises(UnreadableScene, match="larger than 1 MB"):
+        read_scene_file(tmp_path / "large.scene")
 
 
 def test_a_text_that_is_too_large(tmp_path: Path) -> None:
@@ -118,11 +118,11 @@ def test_a_place_in_a_long_line_is_shown_without_the_line() -> None:
 @pytest.mark.parametrize("mode", ["r", "rb"])
 def test_a_reader_that_asks_on_after_the_end_is_stopped(tmp_path: Path, mode: str) -> None:
     (tmp_path / "file").write_bytes(b"one\ntwo")
-    with bounded_reader.opened(tmp_path / "file", mode) as file:
+    with bounded_reader.open_bounded(tmp_path / "file", mode) as file:
         assert [len(file.readline()) for _ in range(4)] == [4, 3, 0, 0]
         with pytest.raises(EOFError):
             [file.readline() for _ in range(1000)]
-    with bounded_reader.opened(tmp_path / "file", mode) as file:
+    with bounded_reader.open_bounded(tmp_path / "file", mode) as file:
         assert [len(line) for line in file] == [4, 3]
         file.seek(0)
         assert len(file.read()) == 7

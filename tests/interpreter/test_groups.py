@@ -20,7 +20,7 @@ from softmark.interpreter.problem.probe_points import ProbePoints, place_of
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh import mesh_groups
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.mesh_refinement import finer
+from softmark.solvers.mesh.mesh_refinement import build_finer_space
 from softmark.solvers.mesh.shapes import Box, MeshFile
 
 L, H = 0.04, 0.01  # m, of the bar
@@ -167,7 +167,7 @@ def test_groups_go_with_the_mesh_where_it_is_turned_split_raised_and_refined(
     tmp_path: Path, kind: str | None, inverted: bool
 ) -> None:
     mesh = MeshFile(path=gmsh(tmp_path / "bar.msh", inverted), unit=1.0).named(kind)
-    for own in (mesh, finer(mesh).mesh):
+    for own in (mesh, build_finer_space(mesh).mesh):
         X = own.points
         for name, axis, at in (("wall", 0, 0.0), ("tip", 0, L), ("top", 2, H)):
             on = np.abs(X[:, axis] - at) < 1e-9

@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import quad
 
 import softmark
-from softmark.interpreter.metrics.curve_geometry import Course, Curve
+from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
 from softmark.interpreter.metrics.hysteresis import Hysteresis
-from softmark.interpreter.metrics.measurement import Known, Measurement, Seen
+from softmark.interpreter.metrics.measurement import Measurement, MetricInput, ReferenceData
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.pipeline.run_pipeline import Options, run
 from softmark.interpreter.report.run.report_page import render
@@ -22,19 +22,19 @@ from softmark.interpreter.results.run_report import SeenCurve
 from softmark.references.measured_curve import CurveFromFile
 
 
-def _random(seed: int) -> Course:
+def _random(seed: int) -> MetricCurve:
     draw = np.random.default_rng(seed)
     there = np.cumsum(draw.uniform(0.1, 1.0, 6))
     back = there[-1] - np.cumsum(draw.uniform(0.1, 0.8, 5))
     x, y = np.concatenate([there, back]), draw.uniform(1.0, 5.0, 11)
-    return Course(-x if seed % 2 else x, y, ("m", "N"))
+    return MetricCurve(-x if seed % 2 else x, y, ("m", "N"))
 
 
-def measured(own: Course, reference: Curve | None = None) -> Measurement:
+def measured(own: MetricCurve, reference: Curve | None = None) -> Measurement:
     none = np.zeros((0, 3))
-    known = None if reference is None else Known("rig", curve=reference)
+    known = None if reference is None else ReferenceData("rig", curve=reference)
     metric = Hysteresis("force", "travel", None if reference is None else "rig")
-    return metric.measure(Seen("m", None, none, none, known=known, curve=own))  # type: ignore[arg-type]
+    return metric.measure(MetricInput("m", None, none, none, known=known, curve=own))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -58,8 +58,8 @@ def test_the_share_that_is_lost_is_the_integral_that_it_says(seed: int) -> None:
 
 def test_whatever_finds_back_its_way_loses_nothing() -> None:
     x = np.array([1.0, 2.0, 4.0, 2.0, 1.0])
-    assert measured(Course(x, x**2, ("m", "N"))).value == 0.0
-    assert measured(Course(-x, -(x**2), ("m", "N"))).value == 0.0
+    assert measured(MetricCurve(x, x**2, ("m", "N"))).value == 0.0
+    assert measured(MetricCurve(-x, -(x**2), ("m", "N"))).value == 0.0
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -71,23 +71,26 @@ def test_no_loop_moves_more_than_is_stated(seed: int) -> None:
         off = size * draw.uniform(0.5, 1.0, 11)
         bound = metric.stated(own, off, none, None)["force"]
         for _ in range(20):
-            other = Course(own.x, own.y + off * draw.uniform(-1.0, 1.0, 11), own.units)
+            other = MetricCurve(own.x, own.y + off * draw.uniform(-1.0, 1.0, 11), own.units)
             assert abs(measured(other).value - measured(own).value) <= bound * (1.0 + 1e-9)
 
 
 def test_an_error_of_a_state_is_the_same_on_both_ways() -> None:
     """Of an elastic curve that is 10 % too stiff in all states nothing is lost, and nothing is stated but by chords."""
     x = np.array([1.0, 2.0, 3.0, 4.0, 3.0, 2.0, 1.0])
-    said = Hysteresis("force", "travel").stated(Course(x, x**3, ("m", "N")), 0.1 * x**3, 0.01 * x, None)
+    said = Hysteresis("force", "travel").stated(MetricCurve(x, x**3, ("m", "N")), 0.1 * x**3, 0.01 * x, None)
     assert said == {"states": 0.0, "force": 0.0, "travel": 0.0}
     lossy = np.concatenate([x[:4] ** 3, 0.8 * x[4:] ** 3])  # not the same value in the same state: not the same error
-    assert Hysteresis("force", "travel").stated(Course(x, lossy, ("m", "N")), 0.01 * x, 0.0 * x, None)["force"] > 0.002
+    assert (
+        Hysteresis("force", "travel").stated(MetricCurve(x, lossy, ("m", "N")), 0.01 * x, 0.0 * x, None)["force"]
+        > 0.002
+    )
 
 
 def test_states_that_are_other_ones_on_the_way_back_are_said_to_matter() -> None:
     """Chords of x^2 of length h lie h^2 / 6 above it in the mean: other states on the way back make a loop."""
     x = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 2.0, 0.0])
-    own = Course(x, x**2, ("m", "N"))
+    own = MetricCurve(x, x**2, ("m", "N"))
     apparent = abs(measured(own).value)
     assert apparent > 0.02
     said = Hysteresis("force", "travel").stated(own, 0 * x, 0 * x, None)["states"]
@@ -105,7 +108,7 @@ def test_states_that_are_other_ones_on_the_way_back_are_said_to_matter() -> None
 )
 def test_what_is_no_loop_says_why(x: list[float], y: list[float], why: str) -> None:
     with pytest.raises(Undefined, match=why):
-        measured(Course(np.array(x), np.array(y), ("m", "N")))
+        measured(MetricCurve(np.array(x), np.array(y), ("m", "N")))
 
 
 def test_a_loop_against_a_measured_one_on_the_range_of_both(tmp_path: Path) -> None:
@@ -118,20 +121,20 @@ def test_a_loop_against_a_measured_one_on_the_range_of_both(tmp_path: Path) -> N
 
     rows = [(v, v) for v in range(5)] + [(3, 2.25), (2, 1.0), (1, 0.25), (0, 0.0)]
     (tmp_path / "rig.csv").write_text("x,f\n" + "\n".join(f"{a},{b}" for a, b in rows))
-    meter, newton = Quantity(1.0, units.LENGTH), Quantity(1.0, units.parse("N").dimension)
+    meter, newton = Quantity(1.0, units.LENGTH), Quantity(1.0, units.parse_unit("N").dimension)
     data = CurveFromFile(
         (str(tmp_path / "rig.csv"),), "x", ("f",), meter, newton, uncertainty=Quantity(0.01, units.NONE)
     ).load()
     reference = Curve(data.x, data.y, data.u, data.lost_between)
     there, back = (3.0**2 - 1.0) / 2.0, 0.5 * (0.25 + 1.0) + 0.5 * (1.0 + 2.25)  # from 1 to 3
     x = np.array([1.0, 2.0, 3.0, 2.0, 1.0])
-    found = measured(Course(x, 2.0 * x, ("m", "N")), reference)
+    found = measured(MetricCurve(x, 2.0 * x, ("m", "N")), reference)
     assert found.value == found.details["measured_share"] == pytest.approx(1.0 - back / there, rel=1e-12)
     assert found.uncertainty == pytest.approx(0.02 * back / there, rel=1e-9)
     assert found.details["covered_share"] == 1.0
-    wide = measured(Course(2.0 * x, 2.0 * x, ("m", "N")), reference)  # from 2 to 6, of which 4 were measured
+    wide = measured(MetricCurve(2.0 * x, 2.0 * x, ("m", "N")), reference)  # from 2 to 6, of which 4 were measured
     assert wide.details["covered_share"] == pytest.approx(0.5)
-    far = Course(x + 4.0, x, ("m", "N"))
+    far = MetricCurve(x + 4.0, x, ("m", "N"))
     with pytest.raises(Undefined, match="was not measured on both ways from 5 to 7 m"):
         measured(far, reference)
 
@@ -142,7 +145,7 @@ def test_repeats_of_a_loop_deviate(tmp_path: Path) -> None:
     from softmark.interpreter.language.expression_evaluation import Quantity
 
     (tmp_path / "rig.csv").write_text("x,f,g\n0,1,1\n1,1,1\n2,1,1\n1.999,0.5,0.75\n1,0.5,0.75\n0,0.5,0.75\n")
-    meter, newton = Quantity(1.0, units.LENGTH), Quantity(1.0, units.parse("N").dimension)
+    meter, newton = Quantity(1.0, units.LENGTH), Quantity(1.0, units.parse_unit("N").dimension)
     data = CurveFromFile((str(tmp_path / "rig.csv"),), "x", ("f", "g"), meter, newton).load()
     found = data.lost_between(0.0, 1.5)
     assert found == (pytest.approx(0.375), pytest.approx(np.sqrt(2.0) / 8.0))

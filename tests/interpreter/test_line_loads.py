@@ -8,10 +8,10 @@ import pytest
 import softmark
 from softmark.interpreter.pipeline.run_pipeline import Options, run
 from softmark.interpreter.verification.point_and_line_loads_check import along_line
-from softmark.interpreter.vocabulary.load_words import PerLength
-from softmark.solvers.mesh.element_interpolation import locate
+from softmark.interpreter.vocabulary.load_words import LineForce
+from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
-from softmark.solvers.mesh.mesh_line import along, crossings
+from softmark.solvers.mesh.mesh_line import find_face_crossings, integrate_along
 from softmark.solvers.mesh.shapes import SHAPES
 
 KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")
@@ -19,8 +19,8 @@ KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27")
 
 def shares(mesh: Mesh, begin: Floats, end: Floats) -> Floats:
     """What every node takes of a line, m."""
-    X, w = along(mesh, begin, end)
-    place = locate(mesh, X)
+    X, w = integrate_along(mesh, begin, end)
+    place = locate_points(mesh, X)
     found = np.zeros(len(mesh.points))
     np.add.at(found, place.nodes, w[:, None] * place.N)
     return found
@@ -30,7 +30,7 @@ def test_a_line_is_cut_where_it_meets_faces_of_cells() -> None:
     """Through 4 x 2 x 1 unit cubes from corner to corner: x is whole at every quarter, y in the middle."""
     mesh = SHAPES["box"](size=(4.0, 2.0, 1.0)).mesh("hex8", 1.0)
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    assert crossings(mesh, low, high) == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
+    assert find_face_crossings(mesh, low, high) == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0])
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -45,7 +45,7 @@ def test_nodes_take_what_halving_without_faces_finds(
     """In a cylinder, whose cells are no boxes. Length and middle are those of the line on every mesh."""
     mesh = SHAPES["cylinder"](length=0.04, radius=0.01).mesh(kind, 5e-3)
     found = shares(mesh, np.array(begin), np.array(end))
-    again, unsure = along_line(PerLength(begin, end, (0.0, 0.0, 2.0)), mesh)
+    again, unsure = along_line(LineForce(begin, end, (0.0, 0.0, 2.0)), mesh)
     length = float(np.linalg.norm(np.array(end) - np.array(begin)))
     assert unsure < 1e-9 * length
     assert found == pytest.approx(again[:, 2] / 2.0, abs=1e-9 * length)

@@ -21,7 +21,7 @@ import softmark
 from softmark.grammar import parser
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language import compiler as compiling
-from softmark.interpreter.language.parameter_overrides import read
+from softmark.interpreter.language.parameter_overrides import read_overrides
 from softmark.interpreter.models.shared import support_selection
 from softmark.interpreter.planning import run_plan
 from softmark.interpreter.problem import body_case
@@ -36,10 +36,10 @@ from softmark.solvers.mesh import structured_meshes
 
 COUNTED: dict[CodeType, str] = {
     parser.parse.__code__: "parsed",
-    compiling._compiled.__code__: "compiled",
+    compiling._compile.__code__: "compiled",
     run_plan.plan_of.__code__: "planned",
     body_case._made.__code__: "cases",
-    structured_meshes.solid.__code__: "meshes",
+    structured_meshes.mesh_extrusion.__code__: "meshes",
     measured_curve.CurveFromFile.load.__code__: "curves",
     load_forces_check._swept.__code__: "swept",
     support_selection._found.__code__: "grips",
@@ -166,7 +166,7 @@ def test_what_is_kept_of_a_scene_is_its_own(scene: Path) -> None:
     """Of other values a scene has cases of their own, and its own stay as they were."""
     loaded = softmark.load(scene).scene
     softer, again, thicker = (
-        varied(loaded, read([text], []))[0]
+        varied(loaded, read_overrides([text], []))[0]
         for text in ("silicone.young=2 kPa", "silicone.young=2 kPa", "rod.segments=9")
     )
     assert again is softer

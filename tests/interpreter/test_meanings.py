@@ -12,7 +12,7 @@ from softmark.interpreter.cli.main import COMMANDS, main
 from softmark.interpreter.help.unknown_words import hint
 from softmark.interpreter.help.word_pages import constructors, page
 from softmark.interpreter.language.foreign_aliases import WORDS
-from softmark.interpreter.language.foreign_words import TABLE, key, meaning, meanings
+from softmark.interpreter.language.foreign_words import TABLE, explain_foreign_word, load_foreign_words, normalize_word
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 
 # what people of the field type, by what each answer must speak of; judged one by one
@@ -101,21 +101,21 @@ def test_what_is_nearest_in_meaning_is_said(said: str, words: str) -> None:
 
 def test_many_words_were_judged() -> None:
     assert len({word for words in TYPED.values() for word in words.split()} - OF_TWO) >= 150
-    assert len(meanings()) > 1000
+    assert len(load_foreign_words()) > 1000
 
 
 def test_no_word_of_ours_is_said_to_be_absent_and_none_twice() -> None:
     fields = [f for c in constructors() for f in c.fields]
     own = [*CATALOGUE, *(c.name for c in constructors()), *CATALOGUE.words(), *(f.name for f in fields)]
     own += [option for f in fields for option in f.options]
-    assert [word for word in own if key(word) in meanings()] == []
+    assert [word for word in own if normalize_word(word) in load_foreign_words()] == []
     lines = TABLE.read_text(encoding="utf-8").splitlines()
-    words = Counter(key(word) for line in lines if line.startswith(" ") for word in line.split())
+    words = Counter(normalize_word(word) for line in lines if line.startswith(" ") for word in line.split())
     assert [word for word, times in words.items() if times > 1] == []
 
 
 def test_what_is_said_speaks_of_words_that_there_are() -> None:
-    for said in set(meanings().values()):
+    for said in set(load_foreign_words().values()):
         for code in re.findall(r"`([^`]+)`", said):
             word = code.split()[1] if code.startswith("dsl ") else re.split(r"\W", code.lstrip("-"))[0]
             assert word in COMMANDS or code.startswith("--") or page(word), (said, code)
@@ -123,7 +123,7 @@ def test_what_is_said_speaks_of_words_that_there_are() -> None:
 
 @pytest.mark.parametrize("word", ["hyperelastic", "mri", "spring", "rmse", "chamfer", "tie"])
 def test_what_means_something_else_is_called_no_synonym(word: str) -> None:
-    assert WORDS.get(word) is None or meaning(word)
+    assert WORDS.get(word) is None or explain_foreign_word(word)
 
 
 @pytest.mark.parametrize(("word", "answer"), [

@@ -8,11 +8,11 @@ from softmark.interpreter.help.display_units import common, meaning, measures
 from softmark.interpreter.language import units
 
 
-@pytest.mark.parametrize("dimension", units.NAMES, ids=lambda d: units.named(d))
+@pytest.mark.parametrize("dimension", units.NAMES, ids=lambda d: units.dimension_name(d))
 def test_every_unit_that_is_offered_is_one_of_its_dimension(dimension: units.Dimension) -> None:
     found = measures(dimension)
     assert found
-    assert {units.parse(unit).dimension for unit in found} == {dimension}
+    assert {units.parse_unit(unit).dimension for unit in found} == {dimension}
 
 
 def test_pressures_are_the_usual_ones_first_and_nothing_odd() -> None:

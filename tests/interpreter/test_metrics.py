@@ -11,13 +11,13 @@ import pytest
 
 from softmark.interpreter.language import units
 from softmark.interpreter.metrics import METRICS
-from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
+from softmark.interpreter.metrics.energy_norm_error import EnergyNormError
 from softmark.interpreter.metrics.mean_error import MeanError
-from softmark.interpreter.metrics.measurement import Known, Seen
-from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.measurement import MetricInput, ReferenceData
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
 from softmark.interpreter.metrics.period import Period
-from softmark.interpreter.metrics.realtime_factor import RealTime
-from softmark.interpreter.metrics.trajectory_error import CourseNorm
+from softmark.interpreter.metrics.realtime_factor import RealTimeFactor
+from softmark.interpreter.metrics.trajectory_error import TrajectoryError
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.volume_change import VolumeChange
 from softmark.interpreter.results.motion_history import History
@@ -34,8 +34,8 @@ SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 CUBE = np.array([t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))])
 
 
-def seen(X: Any = NOTHING, u: Any = NOTHING, **others: Any) -> Seen:
-    return Seen("model", CASE, np.asarray(X, dtype=float), np.asarray(u, dtype=float), **others)
+def seen(X: Any = NOTHING, u: Any = NOTHING, **others: Any) -> MetricInput:
+    return MetricInput("model", CASE, np.asarray(X, dtype=float), np.asarray(u, dtype=float), **others)
 
 
 # ------------------------------------------------------------------ all of them
@@ -47,11 +47,11 @@ def test_every_metric_says_what_its_number_is(name: str) -> None:
     assert made is not None
     samples = {"name": "x", "direction": (0.0, 0.0, 1.0), "vector": (0.0, 0.0, 0.0)}
     thing = METRICS[name](**{f.attribute: samples[f.form] for f in made.fields if f.required})
-    assert units.parse(thing.unit).factor == 1.0  # SI
+    assert units.parse_unit(thing.unit).factor == 1.0  # SI
     assert isinstance(thing.uncertain, bool)
     assert thing.unit == "m" or not thing.uncertain  # the uncertainty of a reference is in m
-    of_displacements = isinstance(thing, OfDisplacements)
-    assert of_displacements == (METRICS[name].measure is OfDisplacements.measure)
+    of_displacements = isinstance(thing, DisplacementMetric)
+    assert of_displacements == (METRICS[name].measure is DisplacementMetric.measure)
     assert of_displacements == ("value" in vars(METRICS[name]))
 
 
@@ -60,7 +60,7 @@ def test_every_metric_says_what_its_number_is(name: str) -> None:
 
 def points(statistic: Any) -> Any:
     # errors 0, 3, 6 m along y; the reference moves by 0, 2 and 4 m along x
-    known = Known("theory", u=np.array([[0.0, 0, 0], [2, 0, 0], [4, 0, 0]]))
+    known = ReferenceData("theory", u=np.array([[0.0, 0, 0], [2, 0, 0], [4, 0, 0]]))
     u = [[0.0, 0, 0], [2, 3, 0], [4, 6, 0]]
     return MeanError("axis", "theory", statistic).measure(seen(np.zeros((3, 3)), u, known=known))
 
@@ -96,12 +96,12 @@ def test_units_follow_the_statistic() -> None:
 
 
 def test_a_reference_that_stands_still_has_no_relative_error() -> None:
-    still = Known("theory", u=np.zeros((2, 3)))
+    still = ReferenceData("theory", u=np.zeros((2, 3)))
     metric = MeanError("axis", "theory", "relative_mean")
     with pytest.raises(Undefined, match="no point moves"):
         metric.measure(seen(np.zeros((2, 3)), np.ones((2, 3)), known=still))
     with pytest.raises(Undefined, match="no displacements"):
-        metric.measure(seen(np.zeros((2, 3)), np.ones((2, 3)), known=Known("scan")))
+        metric.measure(seen(np.zeros((2, 3)), np.ones((2, 3)), known=ReferenceData("scan")))
 
 
 # ------------------------------------------------------------------ volume
@@ -148,9 +148,9 @@ def gauss(n: int = 3) -> tuple[np.ndarray, np.ndarray]:
 
 def energy_norm(u: Any, known: Any) -> Any:
     X, w = gauss()
-    metric = StrainEnergyNorm("inside", "exact")
+    metric = EnergyNormError("inside", "exact")
     return metric.measure(
-        seen(X, u(X), weights=w, displacement=u, known=Known("exact", u=known(X), displacement=known))
+        seen(X, u(X), weights=w, displacement=u, known=ReferenceData("exact", u=known(X), displacement=known))
     )
 
 
@@ -208,14 +208,14 @@ def test_energy_norm_sees_no_rotation() -> None:
 
 def test_energy_norm_says_what_is_missing() -> None:
     X, w = gauss()
-    metric, field = StrainEnergyNorm("inside", "exact"), affine(np.eye(3))
-    known = Known("exact", u=field(X), displacement=field)
+    metric, field = EnergyNormError("inside", "exact"), affine(np.eye(3))
+    known = ReferenceData("exact", u=field(X), displacement=field)
     with pytest.raises(Undefined, match="not strained"):
         metric.measure(seen(X, field(X), weights=w, displacement=field, known=known))
     with pytest.raises(Undefined, match="probe of its volume"):
         metric.measure(seen(X, field(X), displacement=field, known=known))
     with pytest.raises(Undefined, match="not a field"):
-        metric.measure(seen(X, field(X), weights=w, displacement=field, known=Known("scan")))
+        metric.measure(seen(X, field(X), weights=w, displacement=field, known=ReferenceData("scan")))
     with pytest.raises(Undefined, match="no field of displacements"):
         metric.measure(seen(X, field(X), weights=w, known=known))
 
@@ -223,7 +223,7 @@ def test_energy_norm_says_what_is_missing() -> None:
 # ------------------------------------------------------------------ real time
 
 
-def steps(wall: list[float], step: float, solved: tuple[bool, ...] = ()) -> Seen:
+def steps(wall: list[float], step: float, solved: tuple[bool, ...] = ()) -> MetricInput:
     times = step * np.arange(len(wall) + 1)
     still = lambda X: np.zeros((len(times), len(X), 3))  # noqa: E731
     history = History(times, still, tuple(wall), tuple(2.0 * t for t in wall), step, solved)
@@ -233,7 +233,7 @@ def steps(wall: list[float], step: float, solved: tuple[bool, ...] = ()) -> Seen
 def test_a_step_that_takes_less_than_it_lasts_is_real_time() -> None:
     # 200 steps of 10 ms: two take 9 ms, one takes 20 ms, the rest 4 ms. 99 % of 200 are 198: the 198th is 9 ms long
     wall = [4e-3] * 197 + [20e-3, 9e-3, 9e-3]
-    found = RealTime(25.0).measure(steps(wall, 10e-3))
+    found = RealTimeFactor(25.0).measure(steps(wall, 10e-3))
     assert found.value == pytest.approx(0.9)  # of dt, although a frame at 25 Hz lasts 40 ms
     assert found.details["verdict"] is True
     assert found.details["margin"] == pytest.approx(0.1)
@@ -246,34 +246,34 @@ def test_a_step_that_takes_less_than_it_lasts_is_real_time() -> None:
 
 
 def test_more_than_one_late_frame_in_a_hundred_is_not_real_time() -> None:
-    found = RealTime(25.0).measure(steps([1e-3] * 98 + [11e-3] * 2, 10e-3))
+    found = RealTimeFactor(25.0).measure(steps([1e-3] * 98 + [11e-3] * 2, 10e-3))
     assert found.value == pytest.approx(1.1)
     assert found.details["verdict"] is False
 
 
 def test_steps_longer_than_a_frame_are_never_real_time() -> None:
-    found = RealTime(25.0).measure(steps([1e-3] * 10, 50e-3))
+    found = RealTimeFactor(25.0).measure(steps([1e-3] * 10, 50e-3))
     assert found.value == pytest.approx(0.02)
     assert found.details["verdict"] is False
     assert "longer than a frame at 25 Hz" in found.details["verdict_reason"]
     # 40 ms is a frame of 25 Hz exactly, and 1 ms one of 1 kHz
-    assert RealTime(25.0).measure(steps([1e-3], 0.04)).details["verdict"] is True
-    assert RealTime(1000.0).measure(steps([1e-4], 1e-3)).details["verdict"] is True
+    assert RealTimeFactor(25.0).measure(steps([1e-3], 0.04)).details["verdict"] is True
+    assert RealTimeFactor(1000.0).measure(steps([1e-4], 1e-3)).details["verdict"] is True
 
 
 def test_steps_that_were_not_solved_have_no_time() -> None:
     with pytest.raises(Undefined, match="2 of 4 steps were not solved"):
-        RealTime().measure(steps([1e-3] * 4, 10e-3, (True, False, True, False)))
-    assert RealTime().measure(steps([1e-3] * 2, 10e-3, (True, True))).details["verdict"] is True
+        RealTimeFactor().measure(steps([1e-3] * 4, 10e-3, (True, False, True, False)))
+    assert RealTimeFactor().measure(steps([1e-3] * 2, 10e-3, (True, True))).details["verdict"] is True
 
 
 def test_a_static_solution_is_a_frame() -> None:
     clock = {"solve_s": Timing((0.02, 0.03, 0.01)), "solve_cpu_s": Timing((0.02, 0.04, 0.02)), "step_s": None}
-    found = RealTime(25.0).measure(seen(clock=clock))
+    found = RealTimeFactor(25.0).measure(seen(clock=clock))
     assert found.value == pytest.approx(0.75)  # 30 ms of 40 ms: of three, the longest
     assert found.details["cpu_median_s"] == 0.02
     assert found.details["basis"].startswith("wall clock of 3 solutions")
-    single = RealTime(50.0).measure(seen(clock={"solve_s": Timing((0.03,))}))
+    single = RealTimeFactor(50.0).measure(seen(clock={"solve_s": Timing((0.03,))}))
     assert single.details["verdict"] is False
     assert "one solution" in single.details["basis"]
     assert single.details["cpu_median_s"] is None
@@ -281,17 +281,17 @@ def test_a_static_solution_is_a_frame() -> None:
 
 def test_references_and_what_was_not_solved_have_no_frames() -> None:
     with pytest.raises(Undefined, match="a reference has no frames"):
-        RealTime().measure(seen())
+        RealTimeFactor().measure(seen())
     with pytest.raises(Undefined, match="not solved"):
-        RealTime().measure(seen(clock={"solve_s": None}))
+        RealTimeFactor().measure(seen(clock={"solve_s": None}))
     with pytest.raises(Undefined, match="no step"):
-        RealTime().measure(steps([], 1e-3))
+        RealTimeFactor().measure(steps([], 1e-3))
 
 
 # ------------------------------------------------------------------ oscillation
 
 
-def course(q: Any, step: float) -> Seen:
+def course(q: Any, step: float) -> MetricInput:
     q = np.asarray(q)
     history = History(step * np.arange(len(q)), lambda X: q[:, None, None] * [0.0, 0.0, 1.0], (), (), step)
     return seen([[0.0, 0, 0], [1, 0, 0]], np.zeros((2, 3)), history=history)
@@ -331,9 +331,9 @@ def test_a_motion_is_judged_by_time_and_not_by_how_many_steps_were_halved() -> N
     t = np.concatenate([np.linspace(0.0, 1.0, 100, endpoint=False), np.linspace(1.0, 2.0, 11)])
     right = np.broadcast_to([1.0, 0.0, 0.0], (len(t), 1, 3))
     wrong = right + np.where(t < 1.0, 1.0, 0.0)[:, None, None] * [0.0, 1.0, 0.0]
-    known = Known("truth", np.zeros((1, 3)), times=t, course=right)
+    known = ReferenceData("truth", np.zeros((1, 3)), times=t, course=right)
     looked = seen([[0.0, 0, 0]], np.zeros((1, 3)), known=known, times=t, course=wrong)
-    assert CourseNorm("tip", "truth").measure(looked).value == pytest.approx(math.sqrt(0.5), rel=0.03)
+    assert TrajectoryError("tip", "truth").measure(looked).value == pytest.approx(math.sqrt(0.5), rel=0.03)
 
 
 @pytest.mark.parametrize("strengths", [(1.0, 1.0), (1.0, 0.8), (0.7, 1.0), (1.0, 0.6)])

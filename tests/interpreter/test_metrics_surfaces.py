@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.metrics.hausdorff import Hausdorff
-from softmark.interpreter.metrics.measurement import Known, Seen
-from softmark.interpreter.metrics.surface_distance import SurfaceDistance, relative
-from softmark.interpreter.metrics.target_surface import side
+from softmark.interpreter.metrics.measurement import MetricInput, ReferenceData
+from softmark.interpreter.metrics.surface_distance import SurfaceDistance, summarize_relative_distances
+from softmark.interpreter.metrics.target_surface import side_of_surface
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.references.surface_geometry import SearchedSurface
 
@@ -50,11 +50,11 @@ def sagitta(radius: float, turns: int = 48) -> float:
     return radius * (1.0 - math.cos(math.sqrt(2.0) * math.pi / turns))
 
 
-def seen(X: Any, triangles: Any, scan: Scan | None, u: Any = None, known: Known | None = None) -> Seen:
+def seen(X: Any, triangles: Any, scan: Scan | None, u: Any = None, known: ReferenceData | None = None) -> MetricInput:
     X = np.asarray(X, dtype=float)
     u = np.zeros_like(X) if u is None else np.asarray(u, dtype=float)
     none: Any = None
-    return Seen("model", none, X, u, triangles, known=known or Known("scan", surface=scan))
+    return MetricInput("model", none, X, u, triangles, known=known or ReferenceData("scan", surface=scan))
 
 
 def distance(*arguments: Any, **fields: Any) -> Any:
@@ -173,7 +173,7 @@ def test_relative_error_does_not_depend_on_the_order_of_points() -> None:
     X = np.array([[1.0, 0, -1], [0, 0, 0], [2, 0, -3]])
     u = np.array([[0.0, 0, 2.5], [0, 0, 1], [0, 0, 3.6]])
     foot = np.array([[1.0, 0, 1], [0, 0, 1], [2, 0, 1]])
-    found = relative(np.array([0.5, 0.0, 0.4]), X, u, foot)
+    found = summarize_relative_distances(np.array([0.5, 0.0, 0.4]), X, u, foot)
     assert found["relative_mean"] == pytest.approx((0.5 + 0.4 / 3) / 2)
     assert found["relative_offset_m"] == 1.0
 
@@ -181,8 +181,11 @@ def test_relative_error_does_not_depend_on_the_order_of_points() -> None:
 def test_what_moved_no_more_than_a_micrometre_is_left_out() -> None:
     X = np.zeros((3, 3))
     foot = np.array([[0.0, 0, 0], [0.9e-6, 0, 0], [1.1e-6, 0, 0]])
-    assert relative(np.ones(3), X, X, foot)["relative_points"] == 1
-    assert relative(np.ones(2), X[:2], X[:2], foot[:2]) == {"relative_points": 0, "relative_offset_m": 0.0}
+    assert summarize_relative_distances(np.ones(3), X, X, foot)["relative_points"] == 1
+    assert summarize_relative_distances(np.ones(2), X[:2], X[:2], foot[:2]) == {
+        "relative_points": 0,
+        "relative_offset_m": 0.0,
+    }
     plane = Scan(CORNERS, CUBE)
     with pytest.raises(Undefined, match="no point moves"):
         distance(CORNERS, CUBE, plane, statistic="relative_mean")
@@ -193,13 +196,13 @@ def test_what_moved_no_more_than_a_micrometre_is_left_out() -> None:
 
 def test_a_field_of_displacements_deforms_the_surface_of_the_probe() -> None:
     # the reference moves the cube by 0.5 m along x, the model does not move: half the corners are 0.5 m off
-    known = Known("theory", u=np.full((8, 3), 0.5) * [1.0, 0.0, 0.0])
+    known = ReferenceData("theory", u=np.full((8, 3), 0.5) * [1.0, 0.0, 0.0])
     found = SurfaceDistance("skin", "theory").measure(seen(CORNERS, CUBE, None, known=known))
     assert found.value == pytest.approx(0.25)
     with pytest.raises(Undefined, match="no triangles"):
         SurfaceDistance("line", "theory").measure(seen(CORNERS, None, None, known=known))
     with pytest.raises(Undefined, match="neither"):
-        SurfaceDistance("line", "theory").measure(seen(CORNERS, CUBE, None, known=Known("theory")))
+        SurfaceDistance("line", "theory").measure(seen(CORNERS, CUBE, None, known=ReferenceData("theory")))
     with pytest.raises(Undefined, match="normals need"):
         distance(CORNERS, None, Scan(CORNERS, CUBE), along="normal")
 
@@ -229,7 +232,7 @@ def test_the_side_is_right_at_faces_edges_and_corners() -> None:
         [0.5, 1.1, 1.1], [1.1, 1.2, 1.3],  # beyond an edge and beyond a corner
         [0.5, 0.5, 1.1], [0.6, 0.6, -0.1],  # over a diagonal of a face
     ])  # fmt: skip
-    assert side(x, target.closest(x), target).tolist() == [1.0, -1.0, 1.0, 1.0, 1.0, 1.0]
+    assert side_of_surface(x, target.closest(x), target).tolist() == [1.0, -1.0, 1.0, 1.0, 1.0, 1.0]
 
 
 def test_the_side_is_right_around_a_sharp_spike() -> None:
@@ -241,4 +244,4 @@ def test_the_side_is_right_around_a_sharp_spike() -> None:
     within = (np.abs(x[:, 0]) + np.abs(x[:, 1]) / 0.05 < 1 - x[:, 2] / 4) & (x[:, 2] > 0)
     assert within.any()
     target = SearchedSurface(points, triangles)
-    assert np.array_equal(side(x, target.closest(x), target) < 0, within)
+    assert np.array_equal(side_of_surface(x, target.closest(x), target) < 0, within)

@@ -15,7 +15,7 @@ from octant import octant
 
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parser import parse_expression
-from softmark.interpreter.language.condition_syntax import selection
+from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
@@ -46,7 +46,9 @@ CUT_OFF = math.pi * R**2 - 4 * (R**2 * math.acos(D / R) - D * math.sqrt(R**2 - D
 def condition(text: str) -> Condition:
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
-    return selection(node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE))
+    return read_condition(
+        node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
+    )
 
 
 def swept(where: Condition, shape: Any, mesh: Mesh) -> float:

@@ -18,9 +18,9 @@ from softmark.interpreter.pipeline.run_pipeline import run
 from softmark.solvers.mesh import mesh_groups
 from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-from softmark.solvers.mesh.mesh_refinement import finer
-from softmark.solvers.mesh.plane_region_files import FlatFile
-from softmark.solvers.mesh.plane_regions import Flat, Quadrilateral, QuarterRing
+from softmark.solvers.mesh.mesh_refinement import build_finer_space
+from softmark.solvers.mesh.plane_region_files import FileSlice
+from softmark.solvers.mesh.plane_regions import PlaneRegion, Quadrilateral, QuarterRing
 from softmark.solvers.mesh.shapes import MeshFile
 
 SHEET = Quadrilateral((0.01, 0.0, 0.0), (0.05, 0.01, 0.0), (0.05, 0.03, 0.0), (0.01, 0.02, 0.0))
@@ -50,7 +50,7 @@ BODIES = {
 }
 
 
-def sheet(path: Path, element: str, region: Flat = SHEET) -> str:
+def sheet(path: Path, element: str, region: PlaneRegion = SHEET) -> str:
     """A file of the region's cells, a third of them clockwise, with its parts by name."""
     points, cells = plane_cells(region, element, SIZE)
     corners = 3 if element.startswith("tri") else 4
@@ -159,7 +159,7 @@ def test_what_is_no_plane_region_is_refused_with_its_place(tmp_path: Path, flaw:
     points, cells, code, words = FLAWS[flaw]
     file = tmp_path / "flaw.vtu"
     meshio.Mesh(points, cells).write(file)
-    shape = FlatFile(MeshFile(str(file), 1.0), 0.01)
+    shape = FileSlice(MeshFile(str(file), 1.0), 0.01)
     with pytest.raises(UnreadableMesh) as caught:
         shape.named()
     assert words in str(caught.value)
@@ -172,11 +172,11 @@ def test_what_is_no_plane_region_is_refused_with_its_place(tmp_path: Path, flaw:
 @pytest.mark.parametrize("element", KINDS)
 def test_edges_go_with_cells_that_are_raised_lowered_and_refined(tmp_path: Path, element: str, edge: str) -> None:
     """Facets and nodes of a group are those at its coordinate, on every element of the family and on a finer mesh."""
-    shape = FlatFile(MeshFile(sheet(tmp_path / "sheet.4.msh", element), 1.0), 0.002)
+    shape = FileSlice(MeshFile(sheet(tmp_path / "sheet.4.msh", element), 1.0), 0.002)
     at, family = {"wall": 0.01, "tip": 0.05}[edge], element[:3]
     for kind in (k for k in KINDS if k.startswith(family)):
         mesh = shape.named(kind)
-        for own in (mesh, finer(mesh).mesh):
+        for own in (mesh, build_finer_space(mesh).mesh):
             assert own.volumes.sum() == pytest.approx(SHEET.area * 0.002, rel=1e-12)
             on = np.abs(own.points[:, 0] - at) < 1e-9
             np.testing.assert_array_equal(mesh_groups.facets_in(own, edge), on[own.facets].all(axis=1))
@@ -197,11 +197,11 @@ def test_cells_of_no_element_are_named(tmp_path: Path) -> None:
                        [0, 1, 0], [1, 1, 0]], dtype=float)  # fmt: skip
     meshio.write(file, meshio.Mesh(points, [("triangle10", ten)]), "gmsh22", binary=False)
     with pytest.raises(UnreadableMesh, match=r"there is no element for its cells \(triangle10\)"):
-        FlatFile(MeshFile(str(file), 1.0), 1.0).named()
+        FileSlice(MeshFile(str(file), 1.0), 1.0).named()
 
 
 def test_the_other_family_is_refused(tmp_path: Path) -> None:
-    shape = FlatFile(MeshFile(sheet(tmp_path / "sheet.msh", "tri3"), 1.0), 0.002)
+    shape = FileSlice(MeshFile(sheet(tmp_path / "sheet.msh", "tri3"), 1.0), 0.002)
     with pytest.raises(UnreadableMesh, match="it has triangles, and the model wants quadrilaterals"):
         shape.mesh("quad9")
 
@@ -209,7 +209,7 @@ def test_the_other_family_is_refused(tmp_path: Path) -> None:
 def test_a_curved_side_stays_where_the_file_has_it(tmp_path: Path) -> None:
     """A quarter of a ring by its own cells: nodes of the file and of the shape are the same, middles and all."""
     ring = QuarterRing(inner=0.01, outer=0.02)
-    shape = FlatFile(MeshFile(sheet(tmp_path / "ring.vtu", "quad9", ring), 1.0), ring.depth)
+    shape = FileSlice(MeshFile(sheet(tmp_path / "ring.vtu", "quad9", ring), 1.0), ring.depth)
     places = [{tuple(x) for x in np.round(mesh.points, 12).tolist()} for mesh in (shape.mesh("quad9"),
                                                                                ring.mesh("quad9", SIZE))]  # fmt: skip
     assert places[0] == places[1]

@@ -17,7 +17,7 @@ from softmark.interpreter.cli.conformance.law_contracts import of_law
 from softmark.interpreter.cli.conformance.plugin_contracts import conformance
 from softmark.interpreter.cli.conformance.trial_scenes import Trial, call_of, of_trial
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.language.plugin_words import FILES, blamed
+from softmark.interpreter.language.plugin_words import FILES, find_faulty_plugin
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of, task_of
 from softmark.interpreter.validation import plugin_loader
 from softmark.interpreter.validation.constructor_registry import CATALOGUE, vocabulary_with
@@ -84,10 +84,10 @@ def test_a_scene_without_plugins_imports_nothing_for_them() -> None:
         ('SOFTMARK = {"metrics": {"sway": 3}}\n', "W731", "a line"),
         ('SOFTMARK = {"metrics": {"Sway!": "Sway"}}\nSway = 3\n', "W731", "no word"),
         ('SOFTMARK = {"metrics": {"sway": "Sway"}}\nSway = 3\n', "W731", "no class"),
-        (HEAD + '@dataclass(frozen=True)\nclass Sway(OfDisplacements):\n    """How far."""\n', "W731", "no `unit`"),
-        (HEAD + 'class Sway(OfDisplacements):\n    """How far."""\n    unit = "m"\n', "W731", "dataclass"),
-        (HEAD + "@dataclass(frozen=True)\nclass Sway(OfDisplacements):\n    unit = 'm'\n", "W731", "what it is"),
-        (HEAD + '@dataclass(frozen=True)\nclass Sway(OfDisplacements):\n    """How far."""\n'
+        (HEAD + '@dataclass(frozen=True)\nclass Sway(DisplacementMetric):\n    """How far."""\n', "W731", "no `unit`"),
+        (HEAD + 'class Sway(DisplacementMetric):\n    """How far."""\n    unit = "m"\n', "W731", "dataclass"),
+        (HEAD + "@dataclass(frozen=True)\nclass Sway(DisplacementMetric):\n    unit = 'm'\n", "W731", "what it is"),
+        (HEAD + '@dataclass(frozen=True)\nclass Sway(DisplacementMetric):\n    """How far."""\n'
                 '    f: Annotated[float, "furlong", "what"]\n', "W731", "cannot be read"),
     ],
 )  # fmt: skip
@@ -154,7 +154,7 @@ def test_what_a_plugin_raises_while_it_runs_is_its_own_reason(tmp_path: Path) ->
     assert found["own"].value is None
     assert f"the plugin `{file}` failed in line" in (found["own"].reason or "")
     assert report.to_json()["scene"]["plugins"][0]["file"] == file
-    assert blamed(ValueError("ours")) is None
+    assert find_faulty_plugin(ValueError("ours")) is None
 
 
 BAR = (
@@ -281,7 +281,7 @@ TWIST = (
     )
     + '''
 from typing import Any
-from softmark.interpreter.vocabulary.load_words import Load, Turning
+from softmark.interpreter.vocabulary.load_words import Load, MomentLoad
 
 
 @dataclass(frozen=True)
@@ -296,7 +296,7 @@ class Twist(Load):
     @property
     def action(self):
         """How it acts."""
-        return Turning(self.where, (self.by * abs(self.by) / 1e-8, 0.0, 0.0))
+        return MomentLoad(self.where, (self.by * abs(self.by) / 1e-8, 0.0, 0.0))
 '''
 )
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.metrics.energy_norm_error import StrainEnergyNorm
-from softmark.interpreter.metrics.measurement import Known, Seen
+from softmark.interpreter.metrics.energy_norm_error import EnergyNormError
+from softmark.interpreter.metrics.measurement import MetricInput, ReferenceData
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.probe_points import _volume, held_face
 from softmark.solvers.materials.linear_elastic import LinearElastic
@@ -196,9 +196,9 @@ def test_an_integral_of_squared_strains_is_exact_on_any_mesh(size: float) -> Non
         return np.outer(0.5 * c * L * X[:, 0], [1.0, 0.0, 0.0])
 
     case: Any = SimpleNamespace(materials=(LinearElastic(7.875, 0.3125, 1.0),), parts=())  # mu = 3, lam = 5
-    known = Known("theory", right(place.X), right)
-    seen = Seen("m", case, place.X, wrong(place.X), weights=place.weights, known=known, displacement=wrong)
-    assert StrainEnergyNorm("all", "theory").measure(seen).value == pytest.approx(0.5, rel=1e-5)
+    known = ReferenceData("theory", right(place.X), right)
+    seen = MetricInput("m", case, place.X, wrong(place.X), weights=place.weights, known=known, displacement=wrong)
+    assert EnergyNormError("all", "theory").measure(seen).value == pytest.approx(0.5, rel=1e-5)
 
 
 def test_a_whole_surface_encloses_a_volume_and_a_part_does_not() -> None:

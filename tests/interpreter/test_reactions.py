@@ -16,7 +16,7 @@ from softmark.interpreter.models.shared.prepared_model import Solution, Workshop
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.report.run import report_page, report_terminal
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodSection
 from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
 from softmark.solvers.statics.residual_resultant import unrounded
@@ -268,7 +268,7 @@ def test_forces_are_only_set_right_where_rounding_alone_is_left() -> None:
     elastic = RodElastic(rest, chain(3), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
     force = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]])
     fixed = np.arange(6)
-    assembly = Assembly(18, fixed, [elastic], [RodLoad(rest, force)])
+    assembly = Assembly(18, fixed, [elastic], [RodForces(rest, force)])
     problem = Statics(assembly, RodSpace(3), rest, fixed, np.zeros(6))
     x = equilibrium(replace(problem, bold=False)).x
     off = RodSpace(3).move(x, np.eye(18)[14] * 1e-5)

@@ -16,7 +16,7 @@ from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.metrics.probe_samples import ProbeSamples, shares_of
+from softmark.interpreter.metrics.probe_samples import ProbeSamples, mean_weights
 from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.models.shared import region_cells
 from softmark.interpreter.models.shared.region_cells import Owners
@@ -359,13 +359,13 @@ def test_errors_of_means_count_points_by_their_volumes() -> None:
         return SimpleNamespace(sides=lambda points: sides, usual=(1.0, 1.0, 1.0))
 
     metric = Stress("whole", component="xx", over="mean")
-    samples = ProbeSamples(X, shares_of(X, weights, None))
+    samples = ProbeSamples(X, mean_weights(X, weights, None))
     one, other = field(3.0), field(0.0)
     assert metric.apart(one, other, samples, one) == pytest.approx(1.5**0.5 * 0.03, rel=1e-12)
     assert metric.extent(one, one, samples) == pytest.approx(2.03, rel=1e-12)
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -3, 0]])
     triangles = np.array([[0, 1, 2], [0, 3, 1]])  # of areas 1/2 and 3/2
-    np.testing.assert_allclose(shares_of(corners, None, triangles), [1 / 3, 1 / 3, 1 / 12, 1 / 4], rtol=1e-14)
+    np.testing.assert_allclose(mean_weights(corners, None, triangles), [1 / 3, 1 / 3, 1 / 12, 1 / 4], rtol=1e-14)
 
 
 COAXIAL = """material soft = linear_elastic(young = 10 kPa, poisson = 0, density = 1000 kg/m^3)

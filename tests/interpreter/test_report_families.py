@@ -12,7 +12,7 @@ import pytest
 from scene_names import names_in
 
 import softmark
-from softmark.interpreter.language.number_formatting import negligible, own_error
+from softmark.interpreter.language.number_formatting import format_reference_error, is_negligible
 from softmark.interpreter.problem.body_case import case_for
 from softmark.interpreter.report.run.model_families import by_poisson, by_size
 from softmark.interpreter.report.run.report_bodies import bodies
@@ -364,17 +364,17 @@ def test_rounding_reads_as_zero() -> None:
 
 
 def test_what_is_negligible() -> None:
-    assert negligible(4.98e-15, 0.067, "m")
-    assert negligible(4.98e-15, 4.98e-15, "m")  # where nothing is known of how far anything moves
-    assert negligible(5.6e-17, 5.6e-17, "m", 1.9e-3)
-    assert not negligible(5.6e-17, 5.6e-17, "m", 5.6e-17)
-    assert not negligible(1.9e-12, 1.9e-12, "m", 1.9e-12)
-    assert not negligible(1e-14, 1e-14, "1", 1.9e-15)  # a strain
-    assert negligible(1e-14, 1e-14, "1", 1.9e-3)
-    assert not negligible(2.1e-9, 2.1e-9, "m")
-    assert not negligible(1.75e-4, 0.67, "1")
-    assert own_error(2.9e-15) == "below 1\u00a0nm"
-    assert own_error(5e-4).replace("\u00a0", " ") == "estimated at 500 µm"
+    assert is_negligible(4.98e-15, 0.067, "m")
+    assert is_negligible(4.98e-15, 4.98e-15, "m")  # where nothing is known of how far anything moves
+    assert is_negligible(5.6e-17, 5.6e-17, "m", 1.9e-3)
+    assert not is_negligible(5.6e-17, 5.6e-17, "m", 5.6e-17)
+    assert not is_negligible(1.9e-12, 1.9e-12, "m", 1.9e-12)
+    assert not is_negligible(1e-14, 1e-14, "1", 1.9e-15)  # a strain
+    assert is_negligible(1e-14, 1e-14, "1", 1.9e-3)
+    assert not is_negligible(2.1e-9, 2.1e-9, "m")
+    assert not is_negligible(1.75e-4, 0.67, "1")
+    assert format_reference_error(2.9e-15) == "below 1\u00a0nm"
+    assert format_reference_error(5e-4).replace("\u00a0", " ") == "estimated at 500 µm"
 
 
 # ------------------------------------------------------------------ histories

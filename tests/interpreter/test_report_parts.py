@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from softmark.interpreter.language.number_formatting import Scale, quantity
+from softmark.interpreter.language.number_formatting import Scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
 from softmark.interpreter.report.charts.curve_labels import places
 from softmark.interpreter.report.files import report_files as disk
@@ -34,7 +34,7 @@ from softmark.scenes import ROOT
     ],
 )
 def test_quantities(value: float, unit: str, said: str) -> None:
-    assert quantity(value, unit).replace("\u00a0", " ") == said
+    assert format_quantity(value, unit).replace("\u00a0", " ") == said
 
 
 def test_ticks_are_round() -> None:

@@ -21,12 +21,12 @@ from softmark.interpreter.models.imported_results.result_file import Told
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.structured_meshes import rectangle, solid
+from softmark.solvers.mesh.structured_meshes import mesh_extrusion, mesh_rectangle
 
 
 def box(size: float, kind: str) -> Mesh:
     """1 x 2 x 3."""
-    return solid(rectangle(1.0, 2.0, size), 3.0, size, kind)
+    return mesh_extrusion(mesh_rectangle(1.0, 2.0, size), 3.0, size, kind)
 
 
 def told(folder: Path, **files: bytes) -> Told:

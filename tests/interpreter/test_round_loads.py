@@ -101,10 +101,10 @@ metric closer = displacement(skin, along = -z)
 def test_a_tube_is_drawn_closed_and_cut_by_its_axis() -> None:
     """The picture's skin is closed and outward, a polygon's share of the volume; half a ring lies below its middle."""
     from softmark.interpreter.problem.surface_selection.section_selection import share
-    from softmark.solvers.mesh.shape_surfaces import skin_of
+    from softmark.solvers.mesh.shape_surfaces import triangulate_swept
 
     tube = Tube(0.1, 0.01, 0.006)
-    X, triangles = skin_of(tube, 128, 4)
+    X, triangles = triangulate_swept(tube, 128, 4)
     a, b, c = (X[triangles[:, i]] for i in range(3))
     volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
     turn = 2.0 * math.pi / 128

@@ -10,7 +10,7 @@ import pytest
 
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language import units
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.run.tables.error_statement_table import amount, beside
 from softmark.interpreter.results.run_report import MetricResult
 
@@ -50,9 +50,9 @@ def test_picometres_are_shown(
 
 
 def test_lengths_below_a_nanometre() -> None:
-    assert units.show(1.87402e-12, units.LENGTH) == "1.87402 pm"
-    assert units.show(-3.5e-11, units.LENGTH) == "-35 pm"
-    assert units.show(2.1e-9, units.LENGTH) == "2.1 nm"
+    assert units.format_value(1.87402e-12, units.LENGTH) == "1.87402 pm"
+    assert units.format_value(-3.5e-11, units.LENGTH) == "-35 pm"
+    assert units.format_value(2.1e-9, units.LENGTH) == "2.1 nm"
 
 
 @pytest.mark.parametrize("unit", ["m", "N", "J", "N*m", "m^2"])
@@ -60,7 +60,9 @@ def test_lengths_below_a_nanometre() -> None:
 def test_errors_are_shown_in_proportion_at_every_scale(scale: float, unit: str) -> None:
     """Half of a number is shown as half, whatever the size of the body; an error was at least 1e-12 in SI."""
     number, error = 4.0 * scale, 2.0 * scale
-    assert amount(error, unit, number) == quantity(error, unit, 2)
+    assert amount(error, unit, number) == format_quantity(error, unit, 2)
     shown = beside(error, MetricResult(value=number, unit=unit)).removeprefix("± ")
-    assert shown == quantity(error, unit, 2) or units.show(error, units.parse(unit).dimension).startswith(f"{shown} ")
-    assert amount(0.0, unit, number) == quantity(1e-9 * number, unit, 2)  # below the digits of the number
+    assert shown == format_quantity(error, unit, 2) or units.format_value(
+        error, units.parse_unit(unit).dimension
+    ).startswith(f"{shown} ")
+    assert amount(0.0, unit, number) == format_quantity(1e-9 * number, unit, 2)  # below the digits of the number

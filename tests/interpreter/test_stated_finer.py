@@ -228,12 +228,12 @@ def test_a_finer_space_that_does_not_fit_is_not_made(monkeypatch: pytest.MonkeyP
 
 def finer_needs(cells: int) -> float:
     """Of a box of 16 x 4 x 4 hexahedra."""
-    from softmark.solvers.mesh.mesh_refinement import needs
+    from softmark.solvers.mesh.mesh_refinement import estimate_memory
     from softmark.solvers.mesh.shapes import Box
 
     mesh = Box((0.04, 0.01, 0.01)).mesh("hex8", 0.0025)
     assert len(mesh.cells) == cells
-    return needs(mesh)
+    return estimate_memory(mesh)
 
 
 def _nothing(*_: Any) -> float:

@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 
 import softmark
-from softmark.interpreter.language.compiler import recompiled
-from softmark.interpreter.language.parameter_overrides import read_one
+from softmark.interpreter.language.compiler import recompile
+from softmark.interpreter.language.parameter_overrides import read_override
 from softmark.interpreter.language.scene_states import in_state, states_of
 from softmark.interpreter.pipeline.run_options import Options, Sound
 from softmark.interpreter.pipeline.run_pipeline import report_of
@@ -310,7 +310,7 @@ def test_a_scene_in_a_state_stays_in_it() -> None:
     scene = softmark.loads(BAR.format(by=10, side=300, course=", course = state") + ANALYSIS + MODELS).scene
     now = in_state(scene, 1)
     assert states_of(now) == ()
-    copy, (other, _) = pickle.loads(pickle.dumps(now)), recompiled(now, [_override("gel.young=30kPa")])
+    copy, (other, _) = pickle.loads(pickle.dumps(now)), recompile(now, [_override("gel.young=30kPa")])
     for own in (now, copy, other):
         assert own.declared["grip"].thing.by == pytest.approx((4e-3, 0.0, 0.0))
         assert own.declared["grip"].thing.course is None
@@ -319,7 +319,7 @@ def test_a_scene_in_a_state_stays_in_it() -> None:
 
 
 def _override(text: str) -> Any:
-    return read_one(text, [])
+    return read_override(text, [])
 
 
 def test_a_scene_without_states_pays_nothing() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.language.compiled_scene import Scene
-from softmark.interpreter.language.parameter_overrides import read_one
+from softmark.interpreter.language.parameter_overrides import read_override
 from softmark.interpreter.planning.robustness_plan import asked_of
 from softmark.interpreter.planning.sweep_expansion import value_in
 from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, usual
@@ -97,7 +97,7 @@ def test_every_rung_reads_back_as_the_number_that_it_is(scene: Scene, name: str)
     quantity = quantity_of(scene, name)
     for way in quantity.ladders:
         for t in way.rungs:
-            override = read_one(quantity.override(way.at(t)), [])
+            override = read_override(quantity.override(way.at(t)), [])
             assert override is not None
             other, found = varied(scene, [override])
             if not any(d.severity == "error" for d in found):

@@ -10,7 +10,7 @@ import pytest
 import softmark
 from softmark.grammar.diagnostic import Source
 from softmark.grammar.parser import parse_expression
-from softmark.interpreter.language.condition_syntax import selection
+from softmark.interpreter.language.condition_syntax import read_condition
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.language.expression_evaluation import Evaluator, Place, Quantity
 from softmark.interpreter.language.units import LENGTH
@@ -28,7 +28,9 @@ def condition(text: str) -> Condition:
     """A condition from its text."""
     node, problems = parse_expression(Source("text", text))
     assert node is not None, problems
-    return selection(node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE))
+    return read_condition(
+        node, Evaluator(Place(Source("text", text), []), lambda name: Quantity(0.2, LENGTH), CATALOGUE)
+    )
 
 
 SHARES = [

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import softmark
-from softmark.interpreter.language.parameter_overrides import read
+from softmark.interpreter.language.parameter_overrides import read_overrides
 from softmark.interpreter.planning.varied_quantities import usual
 from softmark.interpreter.study.analysis import refinement_convergence
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
@@ -192,7 +192,7 @@ MOVING = SCENE + "analysis drop = dynamic(duration = 0.1 s, step = dt, integrato
 def resolved(text: str, model: str, *overrides: str) -> dict[str, Any]:
     from softmark.interpreter.validation.scene_checks import varied
 
-    scene, _ = varied(softmark.loads(text).scene, read(overrides, []))
+    scene, _ = varied(softmark.loads(text).scene, read_overrides(overrides, []))
     return resolution_of(scene, model)
 
 

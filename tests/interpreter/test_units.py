@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language.units import UNITS, UnitError, parse
+from softmark.interpreter.language.units import UNITS, UnitError, parse_unit
 
 # unit, factor, what it is a multiple of, and where the factor comes from; the tolerance is a few roundings
 CONVERSIONS = [
@@ -58,7 +58,7 @@ CONVERSIONS = [
 
 @pytest.mark.parametrize(("unit", "factor", "base"), [c[:3] for c in CONVERSIONS], ids=[c[0] for c in CONVERSIONS])
 def test_conversion(unit: str, factor: float, base: str) -> None:
-    found, known = parse(unit), parse(base)
+    found, known = parse_unit(unit), parse_unit(base)
     assert found.dimension == known.dimension
     assert found.factor / known.factor == pytest.approx(factor, rel=1e-14)
 
@@ -77,24 +77,27 @@ FACTOR = st.builds(lambda u, n: u if n == 1 else f"{u}^{n}", SIMPLE, st.integers
 @given(st.lists(FACTOR, min_size=1, max_size=4), FACTOR)
 def test_products_and_quotients(factors: list[str], divisor: str) -> None:
     """Dimensions add up and factors multiply; the tolerance is the round-off of a few products."""
-    whole = parse("*".join(factors) + "/" + divisor)
+    whole = parse_unit("*".join(factors) + "/" + divisor)
     dimension, size = units.NONE, 1.0
     for factor in factors:
-        dimension, size = units.times(dimension, parse(factor).dimension), size * parse(factor).factor
-    assert whole.dimension == units.times(dimension, parse(divisor).dimension, -1)
-    assert whole.factor == pytest.approx(size / parse(divisor).factor, rel=1e-12)
+        dimension, size = (
+            units.multiply_dimensions(dimension, parse_unit(factor).dimension),
+            size * parse_unit(factor).factor,
+        )
+    assert whole.dimension == units.multiply_dimensions(dimension, parse_unit(divisor).dimension, -1)
+    assert whole.factor == pytest.approx(size / parse_unit(divisor).factor, rel=1e-12)
 
 
 @given(st.tuples(*[st.integers(-4, 4)] * 5))
 def test_the_name_of_an_si_unit_reads_as_itself(dimension: units.Dimension) -> None:
-    assert parse(units.si(dimension)) == units.Measure(1.0, dimension)
+    assert parse_unit(units.si_unit(dimension)) == units.Measure(1.0, dimension)
 
 
 @given(st.floats(1e-18, 1e24), st.sampled_from([*units.NAMES]))
 def test_what_is_shown_reads_as_the_value(value: float, dimension: units.Dimension) -> None:
     """Six digits are shown."""
-    number, _, unit = units.show(value, dimension).partition(" ")
-    measure = parse(unit or "1")
+    number, _, unit = units.format_value(value, dimension).partition(" ")
+    measure = parse_unit(unit or "1")
     assert measure.dimension == dimension
     assert float(number) * measure.factor == pytest.approx(value, rel=1e-5)
 
@@ -109,13 +112,13 @@ def test_what_is_shown_reads_as_the_value(value: float, dimension: units.Dimensi
      (8.8234e-6, "m^2", "8.8234 mm^2"), (2.0, "m^2", "2 m^2"), (1e-15, "m^2", "1e-15 m^2")],
 )  # fmt: skip
 def test_show(value: float, unit: str, shown: str) -> None:
-    assert units.show(value, parse(unit).dimension) == shown
+    assert units.format_value(value, parse_unit(unit).dimension) == shown
 
 
 def test_vectors_and_ranges_are_shown_in_one_unit() -> None:
-    assert units.show_all((0.178, 0.0, -0.001), units.LENGTH) == "(178, 0, -1) mm"
-    assert units.show_range(0.0, 0.178, units.LENGTH) == "0 to 178 mm"
-    assert units.show_all((1.0, 0.5), units.NONE) == "(1, 0.5)"
+    assert units.format_vector((0.178, 0.0, -0.001), units.LENGTH) == "(178, 0, -1) mm"
+    assert units.format_range(0.0, 0.178, units.LENGTH) == "0 to 178 mm"
+    assert units.format_vector((1.0, 0.5), units.NONE) == "(1, 0.5)"
 
 
 @pytest.mark.parametrize(
@@ -129,20 +132,20 @@ def test_vectors_and_ranges_are_shown_in_one_unit() -> None:
 )  # fmt: skip
 def test_what_is_said_of_a_word_that_is_no_unit(wrong: str, help: str) -> None:
     with pytest.raises(UnitError) as refused:
-        parse(wrong)
+        parse_unit(wrong)
     assert help in refused.value.remedy
 
 
 def test_no_suggestion_is_a_unit_itself_already() -> None:
     """Words that mean another unit are not units themselves, and what they mean is one."""
     for word, meant in units._MEANT.items():
-        parse(meant)
+        parse_unit(meant)
         with pytest.raises(UnitError):
-            parse(word)
+            parse_unit(word)
 
 
 def test_every_dimension_with_a_name_has_units_of_that_dimension() -> None:
     for dimension, (_, usual) in units.NAMES.items():
         for word in usual.replace(", or ", ", ").replace(" or ", ", ").split(", "):
             if word != "no unit":
-                assert parse(word).dimension == dimension, word
+                assert parse_unit(word).dimension == dimension, word

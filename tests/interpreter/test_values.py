@@ -11,7 +11,7 @@ from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.language.expression_evaluation import VectorValue
-from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
+from softmark.interpreter.metrics.measurement import Measurement, MetricInput, MetricNumber, ReferenceData
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.report.run.report_page import render
@@ -37,7 +37,9 @@ WEIGHT = 0.1 * 0.02 * 0.02 * 1000.0 * 9.81  # N
 
 def measured(metric: ErrorOfValue, found: float, given: KnownValue) -> Measurement:
     none = np.zeros((0, 3))
-    seen = Seen("m", None, none, none, known=Known("paper", value=given), number=Number(found, "m"))  # type: ignore[arg-type]
+    seen = MetricInput(
+        "m", None, none, none, known=ReferenceData("paper", value=given), number=MetricNumber(found, "m")
+    )  # type: ignore[arg-type]
     return metric.measure(seen)
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.language.compiled_scene import Scene
-from softmark.interpreter.language.compiler import recompiled
-from softmark.interpreter.language.parameter_overrides import Override, read
+from softmark.interpreter.language.compiler import recompile
+from softmark.interpreter.language.parameter_overrides import Override, read_overrides
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
 from softmark.interpreter.validation.scene_loader import checked
 from softmark.scenes import ROOT
@@ -34,9 +34,9 @@ expect rod.far > 0 mm
 
 def both(scene: Scene, text: str) -> tuple[Scene, Scene]:
     """The variation, and the one of a scene of which nothing is known; what is said of both is the same."""
-    more: list[Override] = read([text], [])
-    varied, found = recompiled(scene, more)
-    anew, said = recompiled(replace(scene, made=None), more)
+    more: list[Override] = read_overrides([text], [])
+    varied, found = recompile(scene, more)
+    anew, said = recompile(replace(scene, made=None), more)
     assert [(d.code, d.message, d.span) for d in found] == [(d.code, d.message, d.span) for d in said]
     assert list(varied.declared) == list(anew.declared)
     assert {n: p.value for n, p in varied.parameters.items()} == {n: p.value for n, p in anew.parameters.items()}

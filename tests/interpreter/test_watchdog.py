@@ -306,7 +306,7 @@ def test_details_and_samples_of_metrics(monkeypatch: pytest.MonkeyPatch, tmp_pat
     from softmark.interpreter.metrics.measurement import Measurement
 
     odd = Measurement(1.0, {"a": math.nan, "b": [math.inf]}, np.array([1.0, math.nan]), np.array([math.nan] * 5))
-    monkeypatch.setattr(metric_evaluation, "measured_by", lambda thing, seen: odd)
+    monkeypatch.setattr(metric_evaluation, "measure_metric", lambda thing, seen: odd)
     report = softmark.loads(BEAM + MODELS.splitlines()[0]).run()
     assert report.models["tet"].metrics["eta"].details == {"a": None, "b": [None]}
     assert_numbers_only(report, tmp_path)

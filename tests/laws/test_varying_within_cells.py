@@ -334,14 +334,14 @@ def test_wrong_weights_are_found(feature: str, change: Any, monkeypatch: pytest.
 
 def test_moments_are_kept_by_few_points() -> None:
     """Polynomials, and these times a narrow peak, summed by at most as many points as there are functions."""
-    from softmark.solvers.mesh.positive_quadrature import positive_rules
+    from softmark.solvers.mesh.positive_quadrature import reduce_rules
 
     rng = np.random.default_rng(1)
     x, w = rng.uniform(-1.0, 1.0, (3, 2000)), rng.uniform(0.5, 1.5, 2000)
     peak = 0.01 + np.exp(-(((x[2] - 0.3) / 0.05) ** 2))
     V = polynomial.polyvander3d(*x, [1, 1, 1])
     V = np.concatenate([V, V * peak[:, None]], axis=1)
-    which, kept, missed = positive_rules(np.zeros(2000, dtype=np.int64), V, w, 1)
+    which, kept, missed = reduce_rules(np.zeros(2000, dtype=np.int64), V, w, 1)
     assert len(which) <= V.shape[1]
     assert np.all(kept > 0.0)
     assert missed.max() < 1e-9

@@ -49,7 +49,15 @@ def test_a_row_of_units_is_read_as_such_and_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize("bracket", ["{}", "({})", "[{}]"])
 def test_every_unit_of_the_language_may_stand_there(tmp_path: Path, bracket: str) -> None:
     plain = [name for name in units.UNITS if name != "1"]  # which is a number
-    for unit in (*plain, *(units.si(d) for d in units.NAMES if d != units.NONE), "1/s", "kN/m^2", "m s-2", "°", "µm"):
+    for unit in (
+        *plain,
+        *(units.si_unit(d) for d in units.NAMES if d != units.NONE),
+        "1/s",
+        "kN/m^2",
+        "m s-2",
+        "°",
+        "µm",
+    ):
         file = written(tmp_path, f"t,f\n{bracket.format('ms')},{bracket.format(unit)}\n0,1\n1,2\n")
         assert columns(file, ["t", "f"]).lines == (3, 4), unit
 
@@ -185,11 +193,11 @@ def test_of_a_curve_that_turns_one_branch_is_taken_and_the_rest_said(tmp_path: P
 
 
 def test_named_units_of_columns() -> None:
-    assert units.named_in("Load (kN)") == units.parse("kN")
-    assert units.named_in("Time [ms] ") == units.parse("ms")
-    assert units.named_in("Compression") is None
-    assert units.named_in("Strain [-]") is None
-    assert units.named_in("run (second)") is None
+    assert units.unit_in_column_name("Load (kN)") == units.parse_unit("kN")
+    assert units.unit_in_column_name("Time [ms] ") == units.parse_unit("ms")
+    assert units.unit_in_column_name("Compression") is None
+    assert units.unit_in_column_name("Strain [-]") is None
+    assert units.unit_in_column_name("run (second)") is None
 
 
 @pytest.mark.parametrize(

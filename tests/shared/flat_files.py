@@ -8,13 +8,13 @@ from typing import Any
 import meshio
 import numpy as np
 
-from softmark.solvers.mesh.plane_regions import Flat
+from softmark.solvers.mesh.plane_regions import PlaneRegion
 
 KINDS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad8": "quad8", "quad9": "quad9"}
 TYPES = {"triangle": 2, "triangle6": 9, "quad": 3, "quad8": 16, "quad9": 10, "line": 1}
 
 
-def plane_cells(region: Flat, element: str, size: float) -> tuple[Any, Any]:
+def plane_cells(region: PlaneRegion, element: str, size: float) -> tuple[Any, Any]:
     """Points (n, 3) with z = 0, m, and cells (m, a) in meshio's order, their nodes in an order of chance."""
     made = region.mesh(element, size)
     own, c = made.element, made.element.corners // 2

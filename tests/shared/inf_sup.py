@@ -6,9 +6,9 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
-from softmark.solvers.mesh.pressure_interpolation import pressures
+from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
 def inf_sup(mesh: Mesh, fixed: Ints) -> Floats:
@@ -19,7 +19,7 @@ def inf_sup(mesh: Mesh, fixed: Ints) -> Floats:
     stable where the smallest of the others stays away from zero as the mesh is refined. Dense: for a thousand
     pressures or so. Raises KeyError for an element without pressures.
     """
-    parts, known = integration(mesh), pressures(mesh)
+    parts, known = integrate_cells(mesh), build_pressure_space(mesh)
     m, a = mesh.cells.shape
     columns = (3 * mesh.cells[:, :, None] + np.arange(3)).reshape(m, -1)
     B = np.einsum("mq,qb,mqai->mbai", parts.w, known.N, parts.dNdX, optimize=True).reshape(m, -1, 3 * a)

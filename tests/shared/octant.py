@@ -6,7 +6,7 @@ import numpy as np
 
 from softmark.solvers.elements import element_of
 from softmark.solvers.elements.reference_cells import Hexahedron
-from softmark.solvers.mesh.cell_splitting import chessboard, meshed
+from softmark.solvers.mesh.cell_splitting import mesh_hexahedra, two_colour_points
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 
 
@@ -21,7 +21,9 @@ def octant(inner: float, outer: float, along: int, through: int, kind: str) -> M
     points = (radii[:, None, None] * directions).reshape(-1, 3)
     lower = quads[None] + len(directions) * np.arange(through)[:, None, None]
     cells = np.concatenate([lower, lower + len(directions)], axis=2).reshape(-1, 8)
-    return _curved(meshed(points, cells, chessboard(Mesh(points, cells, Hexahedron.linear)), element_of(kind)))
+    return _curved(
+        mesh_hexahedra(points, cells, two_colour_points(Mesh(points, cells, Hexahedron.linear)), element_of(kind))
+    )
 
 
 def _cap(n: int) -> tuple[Floats, Ints]:

@@ -18,7 +18,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, Law, law_for
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.statics.static_equilibrium import Statics
 
@@ -40,7 +40,7 @@ def elastic() -> Callable[[Mesh, Law], Elastic]:
     """The elastic energy of a law over the cells of a mesh."""
 
     def make(mesh: Mesh, law: Law) -> Elastic:
-        parts = integration(mesh)
+        parts = integrate_cells(mesh)
         return Elastic(mesh.cells, parts.dNdX, parts.w, law)
 
     return make

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
@@ -21,7 +21,7 @@ from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
 from softmark.solvers.energies.spring_energy import Springs
 from softmark.solvers.linear import factorisations
 from softmark.solvers.materials import MATERIALS, Law, parts_for
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
@@ -187,12 +187,12 @@ def test_a_thick_sphere_is_blown_up_past_its_greatest_pressure() -> None:
     material = MATERIALS["neo_hookean"](2 * mu * (1 + nu), nu, 1.0)
     shear, volume = parts_for(material, "finite")
     mesh = shell(2, 4)
-    fine, centre = integration(mesh), mean_gradients(mesh)
+    fine, centre = integrate_cells(mesh), mean_gradients(mesh)
     parts = Elastic(mesh.cells, fine.dNdX, fine.w, shear), Elastic(mesh.cells, centre.dNdX, centre.w, volume)
     inner = mesh.facets[np.all(np.linalg.norm(mesh.points[mesh.facets], axis=2) < 1.001, axis=1)]
     fixed = np.flatnonzero((np.abs(mesh.points) < 1e-9).ravel())
     pressure = FollowerPressure(mesh.points, inner, mu)
-    assembly = Assembly(mesh.points.size, fixed, [Together(parts)], [pressure], mesh.points)
+    assembly = Assembly(mesh.points.size, fixed, [EnergySum(parts)], [pressure], mesh.points)
     rest = np.zeros(mesh.points.size)
     problem = Statics(
         assembly, VectorSpace(len(rest)), rest, fixed, np.zeros(len(fixed)), extent=2.0, path="arc_length",

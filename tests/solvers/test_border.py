@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.mesh.plane_boundary import bordering
+from softmark.solvers.mesh.plane_boundary import is_on_border
 
 
 def test_facets_of_faces_and_of_the_axis_are_no_border() -> None:
@@ -12,6 +12,6 @@ def test_facets_of_faces_and_of_the_axis_are_no_border() -> None:
     low = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
     points = np.concatenate([low, low + np.array([0.0, 0.0, 0.1])])
     facets = np.array([(0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 2, 3)])
-    assert bordering(points, facets).tolist() == [True, True, False]
-    assert bordering(points, facets, revolved=True).tolist() == [False, True, False]
-    assert bordering(points, facets[:0]).tolist() == []
+    assert is_on_border(points, facets).tolist() == [True, True, False]
+    assert is_on_border(points, facets, revolved=True).tolist() == [False, True, False]
+    assert is_on_border(points, facets[:0]).tolist() == []

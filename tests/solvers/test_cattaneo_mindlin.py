@@ -17,7 +17,7 @@ from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
@@ -52,7 +52,7 @@ class Bench:
 
     def __init__(self, size: float) -> None:
         self.mesh = mesh = half_block(size)
-        parts = integration(mesh)
+        parts = integrate_cells(mesh)
         law = law_for(MATERIALS["linear_elastic"](E, NU, 1000.0), "small")
         self.elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
         corners = mesh.points[mesh.facets]

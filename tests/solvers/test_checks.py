@@ -14,7 +14,7 @@ from softmark.solvers.assembly.mixed_elements import with_pressures
 from softmark.solvers.elements import CELLS, ELEMENTS
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.elastic_energy import Elastic
-from softmark.solvers.energies.element_corotational import ElementRotation
+from softmark.solvers.energies.element_corotational import ElementCorotational
 from softmark.solvers.energies.external_loads import FollowerPressure
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
@@ -28,7 +28,7 @@ from softmark.solvers.independent_forces.rod_forces import CheckedRod, exponenti
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, parts_for
 from softmark.solvers.materials.polar_decomposition import rotations
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
 
@@ -86,7 +86,7 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
     terms: Any = (
         (solid_forces.StressTerm(EnergyStress(GEL.psi)),) if law is None else (solid_forces.StressTerm(law(MU, LAM)),)
     )
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     energies = [Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, strain))]
     if selective:
         if "selective" not in mesh.element.integrations:
@@ -103,10 +103,12 @@ def test_forces_within_solids(mesh: Mesh, strain: str, selective: bool) -> None:
 
 
 def test_forces_with_one_rotation_for_each_cell(mesh: Mesh) -> None:
-    u, parts, rest = bent(mesh), integration(mesh), np.eye(3)[None]
+    u, parts, rest = bent(mesh), integrate_cells(mesh), np.eye(3)[None]
     law = law_for(GEL, "small")
-    K = element_corotational.stiffness(parts.dNdX, parts.w, law.dPdF(rest)[0])
-    energy = ElementRotation(mesh.points, mesh.cells, element_corotational.mean(parts.dNdX, parts.w), K, rotations)
+    K = element_corotational.element_stiffness(parts.dNdX, parts.w, law.dPdF(rest)[0])
+    energy = ElementCorotational(
+        mesh.points, mesh.cells, element_corotational.mean_gradients(parts.dNdX, parts.w), K, rotations
+    )
     g = np.zeros(u.size)
     energy.add_gradient(u.ravel(), g)
     term = solid_forces.StressTerm(solid_forces.small_stress(MU, LAM))
@@ -136,7 +138,7 @@ def test_forces_and_volumes_with_pressures(mesh: Mesh, law: str, strain: str, nu
     material, u = made(law, 1.0, nu), bent(mesh)
     theirs = mixed_for(material, strain)
     assert theirs is not None
-    energy = with_pressures(mesh, integration(mesh), theirs, 0.5 / (1.0 + nu))
+    energy = with_pressures(mesh, integrate_cells(mesh), theirs, 0.5 / (1.0 + nu))
     x = np.concatenate([u.ravel(), 0.1 * np.random.default_rng(2).standard_normal(energy.dofs - u.size)])
     g = np.zeros(energy.dofs)
     energy.add_gradient(x, g)
@@ -149,7 +151,7 @@ def test_forces_and_volumes_with_pressures(mesh: Mesh, law: str, strain: str, nu
 @pytest.mark.parametrize(("law", "strain"), LAWS)
 def test_forces_of_the_mean_dilatation(law: str, strain: str) -> None:
     mesh = Cylinder(length=1.0, radius=0.4).mesh("hex8", 0.35)
-    material, u, parts = made(law, 1.0, 0.45), bent(mesh), integration(mesh)
+    material, u, parts = made(law, 1.0, 0.45), bent(mesh), integrate_cells(mesh)
     theirs = mixed_for(material, strain)
     assert theirs is not None
     g, body = np.zeros(u.size), (mesh.cells, parts.dNdX, parts.w)
@@ -228,7 +230,7 @@ def test_weight(mesh: Mesh, how: str) -> None:
     from softmark.interpreter.models.shared.load_setup import nodal_mass
 
     own = solid_forces.weights_of(mesh.points, mesh.cells, mesh.kind, 3.0, how, len(mesh.points))
-    theirs = nodal_mass(mesh, integration(mesh), 3.0, how)  # type: ignore[arg-type]
+    theirs = nodal_mass(mesh, integrate_cells(mesh), 3.0, how)  # type: ignore[arg-type]
     assert own == pytest.approx(theirs, abs=1e-13)
 
 
@@ -245,7 +247,7 @@ def test_cells_inside_out_are_seen_at_their_nodes_too() -> None:
     u = np.zeros((8, 3))
     u[6] = -0.4  # towards the middle: det F is positive at the eight Gauss points and not at the corner
     mesh = Mesh(points, np.arange(8)[None], "hex8")
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     inner = np.linalg.det(Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, "finite")).F(u.ravel()))
     least, strain = solid_forces.CheckedBody(points, mesh.cells, "hex8", u, (), 1.0).volumes()
     assert inner.min() > 0.0 > least[0]

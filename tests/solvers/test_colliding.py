@@ -14,7 +14,7 @@ from softmark.solvers.independent_forces.self_intersection import crossings
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.disjoint_shapes import Apart
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -75,7 +75,7 @@ def test_derivatives(kind, depth, alone):
 def test_single_precision_has_their_stiffness_too():
     """The tangent of both blocks and what keeps them apart: that in double precision to 1e-5 of its largest entry."""
     mesh = blocks("tet4")
-    n, parts_of = mesh.points.size, integration(mesh)
+    n, parts_of = mesh.points.size, integrate_cells(mesh)
     elastic = Elastic(
         mesh.cells, parts_of.dNdX, parts_of.w, law_for(NeoHookean(young=1.0, poisson=0.3, density=1.0), "finite")
     )
@@ -93,7 +93,7 @@ def pressed(kind, parts, down=0.05):
     mesh = blocks(kind)
     n, P = mesh.points.size, mesh.points
     law = law_for(NeoHookean(young=1.0, poisson=0.3, density=1.0), "finite")
-    parts_of = integration(mesh)
+    parts_of = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts_of.dNdX, parts_of.w, law)
     e = Colliding(skin_of(mesh, n, parts, between(mesh)), GAP, 0.1, True)
     lid = 3 * np.flatnonzero(P[:, 2] > 2.0 + GAP - 1e-9) + 2

@@ -15,7 +15,7 @@ from softmark.interpreter.problem.conforming_mesh import graded
 from softmark.solvers.mesh import tetrahedralization
 from softmark.solvers.mesh.boolean_shapes import Combined, Difference, Intersection, Union
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-from softmark.solvers.mesh.files.watertight_repair import Closed
+from softmark.solvers.mesh.files.watertight_repair import ClosedSurface
 from softmark.solvers.mesh.plane_regions import QuarterRing
 from softmark.solvers.mesh.shape import Bounds
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, Sphere, Tube
@@ -145,7 +145,7 @@ def test_facets_suit_the_smallest_cells(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     given: list[tuple[float, float, float]] = []
 
-    def mesher(surface: Closed, size: float, tolerance: float, **field: Any) -> Any:
+    def mesher(surface: ClosedSurface, size: float, tolerance: float, **field: Any) -> Any:
         given.append((surface.volume, size, tolerance))
         box = CUBE.mesh("tet4", 2 * R)
         return box.points, box.cells, 1.0

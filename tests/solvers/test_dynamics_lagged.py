@@ -21,7 +21,7 @@ from softmark.solvers.energies.corotational_tets import CorotationalTets
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.materials.corotational import Corotational
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
@@ -35,7 +35,7 @@ def mesh() -> Mesh:
 
 
 def tets(mesh: Mesh, kind: type = CorotationalTets) -> CorotationalTets:
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     made: CorotationalTets = kind(mesh.cells, parts.dNdX, parts.w, LAW)
     return made
 
@@ -138,7 +138,7 @@ class Wrong(CorotationalTets):
 @pytest.mark.parametrize("factor", [-50.0, 1e4, np.nan])
 def test_a_step_that_does_not_converge_is_taken_by_newton(factor: float, mesh: Mesh) -> None:
     """Indefinite, too stiff to converge, or not a number: no step is halved for it, and each attempt is counted."""
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     energy = Wrong(mesh.cells, parts.dNdX, parts.w, LAW, factor=factor, after=5)
     path = march(beam(mesh, energy=energy), 0.2, 0.01)
     judge = march(beam(mesh, lagged=False), 0.2, 0.01)
@@ -168,7 +168,7 @@ def test_an_unsound_state_is_left_to_newton_and_then_halved(mesh: Mesh) -> None:
 
 def test_what_does_not_suit_goes_by_newton(mesh: Mesh) -> None:
     """Other energies, follower loads, explicit integrators, a scene that says so."""
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     general = Elastic(mesh.cells, parts.dNdX, parts.w, LAW)
     follower = FollowerPressure(mesh.points, mesh.facets, 1.0)
     for problem in (

@@ -16,7 +16,7 @@ from softmark.solvers.assembly.pressure_predictor import MixedPoints
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.materials import MATERIALS, Law
-from softmark.solvers.mesh.cell_splitting import meshed
+from softmark.solvers.mesh.cell_splitting import mesh_hexahedra
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
@@ -115,7 +115,7 @@ def patch() -> Mesh:
     hexahedra = np.concatenate([np.concatenate([sides, sides + 8], axis=1), [np.arange(8, 16)]])
     colour = np.array([0, 1, 0, 1, 1, 0, 1, 0])
     points, colours = np.array([*corners, *INNER], dtype=float), np.concatenate([colour, 1 - colour])
-    return meshed(points, hexahedra, colours, ELEMENTS["tet4"])
+    return mesh_hexahedra(points, hexahedra, colours, ELEMENTS["tet4"])
 
 
 def on_the_patch(energy: Elastic, mesh: Mesh, F: np.ndarray, problem: Problems) -> np.ndarray:

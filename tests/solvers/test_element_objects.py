@@ -14,9 +14,9 @@ from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.hex20 import Hex20
 from softmark.solvers.independent_forces import solid_forces
-from softmark.solvers.mesh.files.mesh_reader import converted
+from softmark.solvers.mesh.files.mesh_reader import convert_cells
 from softmark.solvers.mesh.mesh import Mesh, jacobians
-from softmark.solvers.mesh.mesh_refinement import finer
+from softmark.solvers.mesh.mesh_refinement import build_finer_space
 from softmark.solvers.mesh.shapes import Box
 
 EVERY = pytest.mark.parametrize("kind", [*CELLS])
@@ -117,8 +117,8 @@ def test_an_unknown_element_is_refused_everywhere(tmp_path: Path) -> None:
     stray = Mesh(known.points, known.cells, "hex21")
     said = "there is no element `hex21`: elements are " + ", ".join(ELEMENTS)
     for asked in (
-        lambda: element_of("hex21"), lambda: box.mesh("hex21", 0.5), lambda: converted(known, "hex21", "five"),
-        lambda: finer(stray), lambda: stray.volumes, lambda: stray.facets,
+        lambda: element_of("hex21"), lambda: box.mesh("hex21", 0.5), lambda: convert_cells(known, "hex21", "five"),
+        lambda: build_finer_space(stray), lambda: stray.volumes, lambda: stray.facets,
     ):  # fmt: skip
         with pytest.raises(UnknownElement) as error:
             asked()
@@ -131,13 +131,13 @@ def test_another_class_and_a_line_make_an_element(monkeypatch: pytest.MonkeyPatc
     class Twin(Hex20):
         """Another."""
 
-        name, finer = "twin", "twin"
+        name, build_finer_space = "twin", "twin"
 
     monkeypatch.setitem(ELEMENTS, "twin", Twin)
     box = Box((2.0, 1.0, 1.0))
     mesh, usual = box.mesh("twin", 0.5), box.mesh("hex20", 0.5)
     np.testing.assert_array_equal(mesh.points, usual.points)
-    assert finer(mesh).mesh.kind == "twin"
+    assert build_finer_space(mesh).mesh.kind == "twin"
     u = 0.1 * np.random.default_rng(0).standard_normal(mesh.points.shape)
     term = (solid_forces.StressTerm(solid_forces.small_stress(1.0, 1.0)),)
     forces = [

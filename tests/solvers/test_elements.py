@@ -14,8 +14,8 @@ from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.elements.element import Element, Facet
 from softmark.solvers.elements.tet4 import Tet4
 from softmark.solvers.mesh import bounding_box_grid, element_interpolation
-from softmark.solvers.mesh.bounding_box_grid import holding
-from softmark.solvers.mesh.element_interpolation import integration, locate
+from softmark.solvers.mesh.bounding_box_grid import find_boxes_of_points
+from softmark.solvers.mesh.element_interpolation import integrate_cells, locate_points
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
 
@@ -110,7 +110,7 @@ def test_linear_fields_are_reproduced(element: type[Element]) -> None:
     mesh = loose(_kind(element))
     A, b = np.random.default_rng(3).normal(size=(3, 3)), np.array([1.0, -2.0, 3.0])
     x = mesh.points @ A.T + b
-    gradient = np.einsum("mai,mqaj->mqij", x[mesh.cells], integration(mesh).dNdX)
+    gradient = np.einsum("mai,mqaj->mqij", x[mesh.cells], integrate_cells(mesh).dNdX)
     np.testing.assert_allclose(gradient, np.broadcast_to(A, gradient.shape), atol=1e-11)
 
 
@@ -142,7 +142,7 @@ def test_quadrature_integrates_the_products_it_must(element: type[Element]) -> N
 @EVERY
 def test_weights_add_up_to_the_volume(element: type[Element]) -> None:
     mesh = loose(_kind(element))
-    np.testing.assert_allclose(integration(mesh).w.sum(axis=1), mesh.volumes, rtol=1e-12)
+    np.testing.assert_allclose(integrate_cells(mesh).w.sum(axis=1), mesh.volumes, rtol=1e-12)
 
 
 def _kind(element: type[Element]) -> str:
@@ -152,7 +152,7 @@ def _kind(element: type[Element]) -> str:
 def test_gradients_of_a_tetrahedron_are_its_face_normals() -> None:
     """dN_a/dX = -(area vector of the opposite face)/(3 V), from geometry alone."""
     mesh = tetrahedra()
-    dNdX = integration(mesh, Tet4).dNdX[:, 0]
+    dNdX = integrate_cells(mesh, Tet4).dNdX[:, 0]
     p = mesh.points[mesh.cells]
     opposite = np.cross(p[:, 2] - p[:, 1], p[:, 3] - p[:, 1]) / 2  # of node 0, outward
     np.testing.assert_allclose(dNdX[:, 0], -opposite / (3 * mesh.volumes[:, None]), rtol=1e-10, atol=1e-12)
@@ -174,7 +174,7 @@ def linear(X: np.ndarray) -> np.ndarray:
 def test_interpolation_reproduces_a_linear_field_everywhere_within(kind: str) -> None:
     X = np.random.default_rng(4).uniform((0, 0, 0), (0.2, 0.04, 0.06), (200, 3))
     bar = BARS[kind]
-    place = locate(bar, X)
+    place = locate_points(bar, X)
     np.testing.assert_allclose(place.interpolate(linear(bar.points)), linear(X), atol=1e-13)
     np.testing.assert_array_equal(place.outside, 0.0)
     assert place.N.min() > DIPS.get(kind, -1e-12)
@@ -192,7 +192,7 @@ def test_points_are_held_against_the_cells_around_them_alone(monkeypatch: pytest
     monkeypatch.setattr(element_interpolation, "_nearest_boxes", counted)
     X = np.random.default_rng(6).uniform((0, 0, 0), (0.2, 0.04, 0.06), (100, 3))
     X[7] = (0.3, 0.02, 0.03)
-    place = locate(BARS["tet10"], X)
+    place = locate_points(BARS["tet10"], X)
     assert asked == [1]
     assert place.outside[7] == pytest.approx(0.1, rel=0.3)
     np.testing.assert_array_equal(np.delete(place.outside, 7), 0.0)
@@ -203,7 +203,7 @@ def test_points_are_held_against_the_cells_around_them_alone(monkeypatch: pytest
 def test_a_mesh_point_gets_its_own_value(kind: str) -> None:
     bar = BARS[kind]
     values = np.random.default_rng(5).normal(size=bar.points.shape)
-    place = locate(bar, bar.points)
+    place = locate_points(bar, bar.points)
     np.testing.assert_allclose(place.interpolate(values), values, atol=1e-12)
     np.testing.assert_array_equal(place.outside, 0.0)  # round-off on a face is not outside
 
@@ -217,7 +217,7 @@ def test_a_point_beyond_a_face_is_outside_by_about_its_distance(kind: str, dista
     """
     X = np.array([[0.1, 0.02, 0.06 + distance], [0.1, -distance, 0.03], [0.2 + distance, 0.02, 0.03]])
     bar = BARS[kind]
-    place = locate(bar, X)
+    place = locate_points(bar, X)
     assert np.all((place.outside > 0.3 * distance) & (place.outside < (1.3 if kind == "tet10" else 1.001) * distance))
     np.testing.assert_allclose(place.interpolate(linear(bar.points)), linear(X), atol=1e-12)
 
@@ -229,7 +229,7 @@ def test_points_between_an_inscribed_mesh_and_its_cylinder_are_outside_by_the_sa
     mesh = cylinder.mesh(kind, 0.012)
     turn = np.pi / 8 * np.arange(16)  # points and middles of edges: two edges on a quarter
     X = np.stack([np.full(16, 0.0701), 0.019 * np.cos(turn), 0.019 * np.sin(turn)], axis=1)
-    outside = np.sort(locate(mesh, X).outside)
+    outside = np.sort(locate_points(mesh, X).outside)
     sagitta = 0.019 * (1 - math.cos(math.pi / 8))
     np.testing.assert_array_equal(outside[:8], 0.0)
     assert np.all((outside[8:] > 0.5 * sagitta) & (outside[8:] < 1.5 * sagitta))
@@ -244,7 +244,7 @@ def test_curved_cells_hold_the_points_of_their_cylinder() -> None:
     mesh = Cylinder(0.178, 0.019).mesh("tet10", 0.012)
     turn = np.pi / 16 * np.arange(32)
     X = np.stack([np.full(32, 0.0701), 0.019 * np.cos(turn), 0.019 * np.sin(turn)], axis=1)
-    place = locate(mesh, X)
+    place = locate_points(mesh, X)
     assert 0 < place.outside.max() < 1.5 * 5.4e-4 * 0.019  # the edges across a facet are longer
     np.testing.assert_allclose(place.interpolate(linear(mesh.points)), linear(X), atol=1e-12)
 
@@ -257,7 +257,7 @@ def test_points_of_distorted_hexahedra_are_found() -> None:
     bent = Mesh(points, mesh.cells, "hex8")
     N = ELEMENTS["hex8"].shape(points_within(ELEMENTS["hex8"], len(mesh.cells)))
     X = np.einsum("ma,mai->mi", N, bent.points[bent.cells])
-    place = locate(bent, X)
+    place = locate_points(bent, X)
     np.testing.assert_array_equal(place.outside, 0.0)
     np.testing.assert_allclose(place.interpolate(bent.points), X, atol=1e-13)
     values = np.random.default_rng(7).normal(size=mesh.points.shape)
@@ -267,7 +267,7 @@ def test_points_of_distorted_hexahedra_are_found() -> None:
 
 @ON
 def test_no_points_are_located_as_none(kind: str) -> None:
-    place = locate(BARS[kind], np.zeros((0, 3)))
+    place = locate_points(BARS[kind], np.zeros((0, 3)))
     assert place.interpolate(BARS[kind].points).shape == (0, 3)
     assert len(place.outside) == 0
 
@@ -293,7 +293,7 @@ def test_points_outside_are_given_to_the_nearest_cell() -> None:
     rng = np.random.default_rng(3)
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     X = rng.uniform(low - 0.2 * (high - low), high + 0.2 * (high - low), (60, 3))
-    place, distances = locate(mesh, X), to_cells(mesh, X)
+    place, distances = locate_points(mesh, X), to_cells(mesh, X)
     assert 10 < np.sum(place.outside > 0) < 60
     order = {tuple(cell): i for i, cell in enumerate(mesh.cells)}
     given = np.array([order[tuple(nodes)] for nodes in place.nodes])
@@ -314,7 +314,7 @@ def test_points_on_faces_edges_and_corners_have_the_values_that_any_cell_there_g
     N = np.concatenate([1.0 - xi.sum(axis=2, keepdims=True), xi], axis=2)
     best = N.min(axis=2).argmax(axis=1)
     due = np.einsum("na,nai->ni", N[np.arange(len(X)), best], values[mesh.cells[best]])
-    place = locate(mesh, np.concatenate([X, 1.1 * inside]))
+    place = locate_points(mesh, np.concatenate([X, 1.1 * inside]))
     np.testing.assert_allclose(place.interpolate(values)[: len(X)], due, atol=1e-9)
     np.testing.assert_array_equal(place.outside[: len(X)], 0.0)
     assert place.outside.max() > 1e-3
@@ -330,16 +330,16 @@ def test_a_grid_finds_the_boxes_that_hold_a_point() -> None:
     X = np.concatenate([rng.uniform(-0.5, 1.5, (300, 3)), low[:100], high[:100], 0.5 * (low + high)])
     for count in (400, 1):
         held = ((X[:, None] >= low[:count]) & (X[:, None] <= high[:count])).all(axis=2)
-        which, box = holding(low[:count], high[:count], X)
+        which, box = find_boxes_of_points(low[:count], high[:count], X)
         order = np.lexsort((box, which))
         np.testing.assert_array_equal(np.stack([which[order], box[order]]), np.stack(np.nonzero(held)))
-    assert len(holding(low, high, X[:0])[0]) == 0
+    assert len(find_boxes_of_points(low, high, X[:0])[0]) == 0
 
 
 def test_a_grid_looks_at_few_boxes_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many for a point where there are eight times as many cells, all of which were looked at once."""
     looked: list[Any] = []
-    runs = bounding_box_grid._runs
+    runs = bounding_box_grid._expand_ranges
 
     def counted(*arguments: Any) -> Any:
         looked.append(runs(*arguments))
@@ -350,7 +350,7 @@ def test_a_grid_looks_at_few_boxes_however_many_there_are(monkeypatch: pytest.Mo
         mesh = Cylinder(0.06, 0.019).mesh("tet4", size)
         X = mesh.points[mesh.cells].mean(axis=1)
         looked.clear()
-        np.testing.assert_array_equal(locate(mesh, X).nodes, mesh.cells)
+        np.testing.assert_array_equal(locate_points(mesh, X).nodes, mesh.cells)
         lists, pairs = (len(found[0]) for found in looked)
         assert lists < bounding_box_grid.MOST * len(mesh.cells)
         assert pairs < 150 * len(X)
@@ -360,9 +360,9 @@ def test_points_that_are_asked_for_again_are_not_looked_for_again() -> None:
     """A probe's own points are asked for some thirty times a run; others, and changed ones, are looked for."""
     mesh = Box((1.0, 1.0, 1.0)).mesh("tet10", 0.5)
     X = np.random.default_rng(0).uniform(0.1, 0.9, (20, 3))
-    first = locate(mesh, X)
-    assert locate(mesh, X.copy()) is first
+    first = locate_points(mesh, X)
+    assert locate_points(mesh, X.copy()) is first
     X[0, 0] += 0.01
-    again = locate(mesh, X)
+    again = locate_points(mesh, X)
     assert again is not first
     np.testing.assert_allclose(again.interpolate(mesh.points), X, atol=1e-12)

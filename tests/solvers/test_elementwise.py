@@ -9,10 +9,10 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.elastic_energy import Elastic
-from softmark.solvers.energies.element_corotational import ElementRotation
+from softmark.solvers.energies.element_corotational import ElementCorotational
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.materials.polar_decomposition import rotations
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
@@ -25,14 +25,16 @@ def block(kind: str) -> Mesh:
     return Box((1.0, 0.6, 0.5)).mesh(kind, 0.5)
 
 
-def made(mesh: Mesh) -> ElementRotation:
-    parts = integration(mesh)
+def made(mesh: Mesh) -> ElementCorotational:
+    parts = integrate_cells(mesh)
     A = law_for(MATERIAL, "small").dPdF(np.eye(3)[None])[0]
-    K = element_corotational.stiffness(parts.dNdX, parts.w, A)
-    return ElementRotation(mesh.points, mesh.cells, element_corotational.mean(parts.dNdX, parts.w), K, rotations)
+    K = element_corotational.element_stiffness(parts.dNdX, parts.w, A)
+    return ElementCorotational(
+        mesh.points, mesh.cells, element_corotational.mean_gradients(parts.dNdX, parts.w), K, rotations
+    )
 
 
-def forces(energy: ElementRotation | Elastic, x: np.ndarray) -> np.ndarray:
+def forces(energy: ElementCorotational | Elastic, x: np.ndarray) -> np.ndarray:
     g = np.zeros_like(x)
     energy.add_gradient(x, g)
     return g
@@ -67,7 +69,7 @@ def test_tangent_is_the_derivative_of_the_forces(kind: str) -> None:
 def test_in_linear_tetrahedra_it_is_the_corotational_law() -> None:
     """One strain in each cell: R K (R^T x - X) and the derivative of psi(F) are the same force, to round-off."""
     mesh = block("tet4")
-    parts, x = integration(mesh), turned(mesh, 0.03)
+    parts, x = integrate_cells(mesh), turned(mesh, 0.03)
     law = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(MATERIAL, "corotational"))
     np.testing.assert_allclose(forces(made(mesh), x), forces(law, x), atol=1e-14)
     assert made(mesh).value(x) == pytest.approx(law.value(x), rel=1e-12)

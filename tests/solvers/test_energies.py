@@ -9,8 +9,8 @@ from importlib import import_module
 import pytest
 
 from softmark.solvers import assembly, energies, model_reduction
-from softmark.solvers.energies.elastic_energy import Together
-from softmark.solvers.energies.energy import Energy, Lagging
+from softmark.solvers.energies.elastic_energy import EnergySum
+from softmark.solvers.energies.energy import Energy, LaggedTangentEnergy
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
 from softmark.solvers.energies.poroelastic import Seeping
@@ -36,12 +36,12 @@ def test_every_energy_derives_from_energy(cls: type[Energy]) -> None:
     assert isinstance(cls.cellular, bool)
     if "dNdX" in getattr(cls, "__dataclass_fields__", {}):
         assert cls.cellular
-    assert issubclass(cls, Lagging) == hasattr(cls, "add_both_lagged")
+    assert issubclass(cls, LaggedTangentEnergy) == hasattr(cls, "add_both_lagged")
 
 
 def test_which_energies_are_otherwise() -> None:
     assert {MixedSolid.__name__, Seeping.__name__} == {cls.__name__ for cls in KNOWN if cls.saddle}
-    assert Together in KNOWN
+    assert EnergySum in KNOWN
     assert len(KNOWN) >= 12
     assert not DeadForces.saddle
     assert not DeadForces.cellular

@@ -18,11 +18,11 @@ from softmark.references.surface_geometry import SearchedSurface
 from softmark.solvers.mesh import tetrahedralization
 from softmark.solvers.mesh.conforming_planes import Cut
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-from softmark.solvers.mesh.files.triangle_proximity import closest, crossing
-from softmark.solvers.mesh.files.watertight_repair import Closed, closed, signed
-from softmark.solvers.mesh.mesh_distortion import qualities
+from softmark.solvers.mesh.files.triangle_proximity import closest_points, find_intersecting_triangles
+from softmark.solvers.mesh.files.watertight_repair import ClosedSurface, close_surface, signed_volume
+from softmark.solvers.mesh.mesh_distortion import cell_qualities
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.surface_bodies import Enclosed, Filled
+from softmark.solvers.mesh.surface_bodies import Filled, SurfaceBody
 
 Surface = tuple[Any, Any]
 needs_mesher = pytest.mark.skipif(find_spec("pytetwild") is None, reason="needs the extra `meshing`")
@@ -46,12 +46,12 @@ def scaled(surface: Surface, factor: float, by: tuple[float, float, float] = (0.
 
 
 BALL = ball()
-VOLUME = signed(*BALL)
+VOLUME = signed_volume(*BALL)
 
 
 def test_volume_is_that_of_another_program() -> None:
     X, t = BALL
-    found = closed(X, t)
+    found = close_surface(X, t)
     assert found.repairs == ()
     assert found.volume == pytest.approx(trimesh.Trimesh(X, t, process=False).volume, rel=1e-12)
     assert found.area == pytest.approx(trimesh.Trimesh(X, t, process=False).area, rel=1e-12)
@@ -83,14 +83,14 @@ def test_defects_are_mended_and_said(name: str) -> None:
     """By the number and the share that were put there: 2 of 320 alike triangles are 0.62 % of all, and a
     little less of their area, 0.05^3 is 0.0125 %."""
     surface, said, off = MENDED[name]
-    found = closed(*surface)
+    found = close_surface(*surface)
     assert len(found.repairs) == len(said)
     assert all(own.startswith(due) for own, due in zip(found.repairs, said, strict=True)), found.repairs
     assert found.volume == pytest.approx(VOLUME, rel=max(off, 1e-12))
     assert _watertight(found)
 
 
-def _watertight(surface: Closed) -> bool:
+def _watertight(surface: ClosedSurface) -> bool:
     mesh = trimesh.Trimesh(surface.points, surface.triangles, process=False)
     return bool(mesh.is_watertight and mesh.is_winding_consistent)
 
@@ -99,10 +99,10 @@ def test_a_hole_over_many_triangles_is_closed_by_a_fan() -> None:
     """Half of a ball's cap within the share that may be missing: the volume is short of it by no more than is said."""
     fine = ball(4)
     cap = fine[0][fine[1]].mean(axis=1)[:, 2] > 0.0098
-    found = closed(fine[0], fine[1][~cap])
+    found = close_surface(fine[0], fine[1][~cap])
     assert found.repairs[0].startswith("1 hole of ")
     assert _watertight(found)
-    short = 1.0 - found.volume / signed(*fine)
+    short = 1.0 - found.volume / signed_volume(*fine)
     assert 0.0 < short < found.doubt
 
 
@@ -136,13 +136,13 @@ def test_what_encloses_no_body_is_refused(name: str) -> None:
     if not len(surface[1]):
         surface = surface[0], np.array([[0, 0, 1]])
     with pytest.raises(UnreadableMesh) as refused:
-        closed(*surface)
+        close_surface(*surface)
     assert refused.value.code == code
     assert refused.value.remedy
 
 
 def test_a_hollow_is_a_hollow() -> None:
-    found = closed(*both(BALL, inward(scaled(BALL, 0.5))))
+    found = close_surface(*both(BALL, inward(scaled(BALL, 0.5))))
     assert found.repairs == ()
     assert found.volume == pytest.approx((1.0 - 0.5**3) * VOLUME, rel=1e-12)
 
@@ -151,9 +151,9 @@ def test_what_passes_through_itself_is_found() -> None:
     """Against every edge and every triangle, by the signs of volumes (another formula); and a ball not at all."""
     coarse = ball(1)
     Y, t = both(coarse, scaled(coarse, 0.8, (0.006, 0.001, 0.0005)))
-    found = crossing(Y, t)
+    found = find_intersecting_triangles(Y, t)
     assert found.any()
-    assert not crossing(*BALL).any()
+    assert not find_intersecting_triangles(*BALL).any()
     brute = np.zeros(len(t), dtype=bool)
     ours, theirs = np.arange(len(coarse[1])), np.arange(len(coarse[1]), len(t))
     for near, far in ((ours, theirs), (theirs, ours)):
@@ -174,7 +174,7 @@ def test_closest_points_are_those_of_the_references() -> None:
     """Which share no code, and search without a bound."""
     rng = np.random.default_rng(3)
     places = 0.012 * rng.uniform(-1.0, 1.0, (300, 3))
-    points, far = closest(places, *BALL, 0.004)
+    points, far = closest_points(places, *BALL, 0.004)
     known = SearchedSurface(*BALL).closest(places)
     near = known.distances < 0.004
     assert near.any()
@@ -219,14 +219,16 @@ def test_what_was_made_is_kept_and_never_made_again(kept: Path, monkeypatch: pyt
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")  # a package that is there
     made = []
 
-    def mesher(surface: Closed, size: float, tolerance: float) -> Any:
+    def mesher(surface: ClosedSurface, size: float, tolerance: float) -> Any:
         made.append(size)
         box = Box((0.01, 0.01, 0.01)).mesh("tet4", size)
         return box.points + 1e-9 * len(made), box.cells, 1.0
 
     monkeypatch.setattr(tetrahedralization, "_filled", mesher)
     cube = Box((0.01, 0.01, 0.01)).surface(0.005)
-    first, again, finer = (tetrahedralization.filled(closed(*cube), size, 1e-4) for size in (0.005, 0.005, 0.004))
+    first, again, finer = (
+        tetrahedralization.fill_surface(close_surface(*cube), size, 1e-4) for size in (0.005, 0.005, 0.004)
+    )
     assert made == [0.005, 0.004]
     assert first.filling is not None
     assert again.filling is not None
@@ -234,7 +236,7 @@ def test_what_was_made_is_kept_and_never_made_again(kept: Path, monkeypatch: pyt
     assert first.filling.digest == again.filling.digest != finer.filling.digest
     for file in kept.iterdir():
         file.write_bytes(file.read_bytes()[:100])
-    tetrahedralization.filled(closed(*cube), 0.005, 1e-4)
+    tetrahedralization.fill_surface(close_surface(*cube), 0.005, 1e-4)
     assert made == [0.005, 0.004, 0.005]
     assert not list(kept.glob(".part*"))
 
@@ -244,7 +246,7 @@ def test_the_mesher_is_named_where_cells_are_finer_too(kept: Path, monkeypatch: 
     monkeypatch.setattr(tetrahedralization, "MESHER", "numpy")
     given: list[set[str]] = []
 
-    def mesher(surface: Closed, size: float, tolerance: float, **field: Any) -> Any:
+    def mesher(surface: ClosedSurface, size: float, tolerance: float, **field: Any) -> Any:
         given.append(set(field))
         box = Box((0.01, 0.01, 0.01)).mesh("tet4", size)
         return box.points, box.cells, 1.0
@@ -254,7 +256,8 @@ def test_the_mesher_is_named_where_cells_are_finer_too(kept: Path, monkeypatch: 
     low = Condition.comparison("<=", Term.coordinate(2), Term.constant(0.0), 1)
     finer = Cut("", 0.0, finer=4.0, where=low)
     even, graded = (
-        tetrahedralization.filled(closed(*cube.surface(0.005)), 0.005, 1e-4, cuts) for cuts in ((), (finer,))
+        tetrahedralization.fill_surface(close_surface(*cube.surface(0.005)), 0.005, 1e-4, cuts)
+        for cuts in ((), (finer,))
     )
     assert given == [set(), {"bg_vertices", "bg_tets", "bg_values"}]
     assert even.filling is not None
@@ -270,7 +273,7 @@ def test_nodes_are_moved_onto_the_surface(kept: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(
         tetrahedralization, "_filled", lambda *arguments: (box.points + off, box.cells[:, [1, 0, 2, 3]], 1.0)
     )
-    mesh = tetrahedralization.filled(closed(*Box((0.01, 0.01, 0.01)).surface(0.01)), 0.003, 1e-4)
+    mesh = tetrahedralization.fill_surface(close_surface(*Box((0.01, 0.01, 0.01)).surface(0.01)), 0.003, 1e-4)
     assert mesh.volumes.min() > 0.0
     gaps = np.abs(mesh.points[np.unique(mesh.facets)][:, :, None] - np.array([0.0, 0.01])).min(axis=(1, 2))
     assert gaps.max() < 1e-15
@@ -284,7 +287,7 @@ def test_a_mesher_that_fails_is_said_to(kept: Path, monkeypatch: pytest.MonkeyPa
     failed = subprocess.CompletedProcess([], code, "", "Traceback\nImportError: no such thing\n")
     monkeypatch.setattr("subprocess.run", lambda *arguments, **options: failed)
     with pytest.raises(UnreadableMesh, match=said) as refused:
-        tetrahedralization.filled(closed(*BALL), 0.005, 1e-4)
+        tetrahedralization.fill_surface(close_surface(*BALL), 0.005, 1e-4)
     assert refused.value.code == "E576"
     assert not kept.exists() or not list(kept.iterdir())
 
@@ -303,7 +306,7 @@ FILLED = {  # a surface, and the volume within (mm^3), by hand
     "cube": (CUBE, 1000.0),
     "united": (UNITED, 1000.0 + 10 * 7 * 5 - 4 * 7 * 5),
     "hollow": (HOLLOW, 1000.0 - 64.0),
-    "ball": (ball(3), signed(*ball(3)) * 1e9),
+    "ball": (ball(3), signed_volume(*ball(3)) * 1e9),
     "holes": ((BALL[0], np.delete(T, [3, 200], axis=0)), VOLUME * 1e9),
 }
 
@@ -314,14 +317,14 @@ FILLED = {  # a surface, and the volume within (mm^3), by hand
 def test_what_fills_a_surface_is_what_it_encloses(name: str, kept: Path) -> None:
     """Volume by hand to the tolerance times the area; both distances of Hausdorff within twice the tolerance."""
     surface, volume = FILLED[name]
-    known = closed(*surface)
-    mesh = tetrahedralization.filled(known, 0.003, 1e-4)
-    found = facts(Enclosed(), mesh)["filled"]
+    known = close_surface(*surface)
+    mesh = tetrahedralization.fill_surface(known, 0.003, 1e-4)
+    found = facts(SurfaceBody(), mesh)["filled"]
     assert abs(float(mesh.volumes.sum()) - 1e-9 * volume) < 1e-4 * known.area
     if not known.crossings:
         assert max(found["mesh_to_surface_m"], found["surface_to_mesh_m"]) < 2e-4
-    assert qualities(mesh).min() > 0.1
-    again = tetrahedralization.filled(known, 0.003, 1e-4)
+    assert cell_qualities(mesh).min() > 0.1
+    again = tetrahedralization.fill_surface(known, 0.003, 1e-4)
     assert again.filling is not None
     assert again.filling.digest == found["digest"], "kept"
 
@@ -330,8 +333,8 @@ def test_what_fills_a_surface_is_what_it_encloses(name: str, kept: Path) -> None
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [1e-6, 1e3])
 def test_no_scale_is_special(kept: Path, size: float) -> None:
-    known = closed(size * CUBE[0], CUBE[1])
-    mesh = tetrahedralization.filled(known, 0.003 * size, 1e-4 * size)
+    known = close_surface(size * CUBE[0], CUBE[1])
+    mesh = tetrahedralization.fill_surface(known, 0.003 * size, 1e-4 * size)
     assert float(mesh.volumes.sum()) == pytest.approx(1e-6 * size**3, rel=1e-6), "flat faces are met exactly"
 
 

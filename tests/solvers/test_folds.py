@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, checked
-from softmark.solvers.mesh.jacobian_bounds import folded
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, validate
+from softmark.solvers.mesh.jacobian_bounds import find_folded_cells
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 
 
@@ -35,7 +35,7 @@ def test_none_is_missed_and_none_is_blamed(kind: str, count: int) -> None:
     At quadrature points alone three of four folded tetrahedra were missed.
     """
     mesh = shaken(kind, count)
-    bad = np.isin(np.arange(count), folded(mesh, np.zeros(count))[0])
+    bad = np.isin(np.arange(count), find_folded_cells(mesh, np.zeros(count))[0])
     least = jacobians(mesh, grid(kind)).min(axis=1)
     assert not np.any((least <= 0.0) & ~bad)
     assert not np.any((least > 1e-2) & bad)
@@ -57,11 +57,11 @@ def test_a_node_beyond_the_quarter_point(middle: float, sound: bool) -> None:
     mesh = Mesh(points, cells, "tet10")
     assert jacobians(mesh, mesh.element.quadrature()[0]).min() > 0.0
     if sound:
-        assert checked(points, cells, "tet10").kind == "tet10"
+        assert validate(points, cells, "tet10").kind == "tet10"
         return
     said = r"1 of its 1 tetrahedra fold over themselves, .* cell 0 .* beside \(1?0+, 0, 0\) m"
     with pytest.raises(UnreadableMesh, match=said):
-        checked(points, cells, "tet10")
+        validate(points, cells, "tet10")
 
 
 def test_a_hexahedron_dented_at_a_corner() -> None:
@@ -72,4 +72,4 @@ def test_a_hexahedron_dented_at_a_corner() -> None:
     assert jacobians(mesh, mesh.element.quadrature()[0]).min() > 0.0
     assert jacobians(mesh, np.ones((1, 3)))[0, 0] < 0.0
     with pytest.raises(UnreadableMesh, match="1 of its 1 hexahedra fold over themselves"):
-        checked(points, mesh.cells, "hex8")
+        validate(points, mesh.cells, "hex8")

@@ -15,10 +15,10 @@ from softmark.solvers.contact.signed_distance import GAPS, gap_of
 from softmark.solvers.contact.signed_distance.distance_function import Gap
 from softmark.solvers.contact.signed_distance.triangle_surface import Surface
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-from softmark.solvers.mesh.files.triangle_proximity import closest
+from softmark.solvers.mesh.files.triangle_proximity import closest_points
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedTurned, Tip
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, Punch, RoundedBox, RoundedRevolution, Tip
 from softmark.solvers.mesh.shape import Shape, Vector3
 from softmark.solvers.mesh.shapes import SHAPES, Box, Cylinder, MeshFile
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
@@ -123,7 +123,7 @@ def _core(shape: Shape) -> tuple[Floats, float]:
         low = np.array(shape.origin) + shape.rounding
         sides = np.array(shape.size) - 2.0 * shape.rounding
         return low + sides * np.array(np.meshgrid(*[[0, 1]] * 3)).reshape(3, -1).T, shape.rounding
-    assert isinstance(shape, RoundedTurned)
+    assert isinstance(shape, RoundedRevolution)
     axis, turn = np.array(shape.axis), np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     first = np.array([1.0, 0.0, 0.0])
     around = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * np.cross(axis, first)
@@ -166,7 +166,7 @@ def test_inside_is_negative_and_bounds_and_volume_are_its_own(kind: str) -> None
             Y[:, axis] = end[axis]
             assert -1e-12 <= own.gap(Y).min() < 0.02, "bounds touch it, and nothing is beyond"
     few = X[:500]
-    if not isinstance(shape, RoundedBox | RoundedTurned):  # which do not say what they hold
+    if not isinstance(shape, RoundedBox | RoundedRevolution):  # which do not say what they hold
         assert [shape.contains(tuple(x)) for x in few] == inside[:500].tolist()
 
 
@@ -279,7 +279,7 @@ def test_the_closest_triangle_is_the_closest_of_all(kind: str) -> None:
     """By the points that all pairs give."""
     own, X = gap(kind), places(9, 300)
     assert isinstance(own, Surface)
-    far = closest(X, own.points, own.triangles, 10.0)[1]
+    far = closest_points(X, own.points, own.triangles, 10.0)[1]
     np.testing.assert_allclose(np.abs(own.gap(X)), far, atol=1e-14)
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
 from softmark.interpreter.problem.conforming_mesh import graded
-from softmark.solvers.mesh.conforming_planes import Cut, lines
+from softmark.solvers.mesh.conforming_planes import Cut, grid_lines
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.mesh import jacobians
 from softmark.solvers.mesh.revolved_bodies import Cone
@@ -26,7 +26,7 @@ CLAMP = Cut("x", 0.0, finer=4.0, reach=40.0)
 def test_cells_are_so_many_times_shorter_there_and_grow_evenly() -> None:
     """Next to the place a cell of size / 4, and each is as much longer as its middle is farther away: h = s + k d, with
     k = 3/4 of the size over the reach. Beyond the reach all have the size, but for what makes their number whole."""
-    found = lines(0.0, 80.0, 160, [CLAMP]) or []
+    found = grid_lines(0.0, 80.0, 160, [CLAMP]) or []
     sizes = [b - a for a, b in pairwise(found)]
     due = [0.125 + 0.375 * min(1.0, 0.5 * (a + b) / 40.0) for a, b in pairwise(found)]
     assert max(abs(own / size - 1.0) for own, size in zip(sizes, due, strict=True)) < 0.02
@@ -35,13 +35,13 @@ def test_cells_are_so_many_times_shorter_there_and_grow_evenly() -> None:
 
 def test_half_the_size_is_graded_alike() -> None:
     """Every other line of the finer grid is one of the coarser: of 14 and 28 cells, as numbers are rounded alike."""
-    coarse, fine = (lines(0.0, 80.0, n, [CLAMP]) or [] for n in (10, 20))
+    coarse, fine = (grid_lines(0.0, 80.0, n, [CLAMP]) or [] for n in (10, 20))
     assert (len(coarse), len(fine)) == (15, 29)
     np.testing.assert_allclose(fine[::2], coarse, rtol=1e-9)
 
 
 def test_a_graded_place_within_and_a_cut_have_lines() -> None:
-    found = lines(0.0, 80.0, 10, [Cut("x", 33.0, finer=4.0, reach=40.0), Cut("x", 10.0)]) or []
+    found = grid_lines(0.0, 80.0, 10, [Cut("x", 33.0, finer=4.0, reach=40.0), Cut("x", 10.0)]) or []
     assert {10.0, 33.0} <= set(found)
     assert all(b > a for a, b in pairwise(found))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.mesh.conforming_planes import Cut
-from softmark.solvers.mesh.mesh_distortion import worst
+from softmark.solvers.mesh.mesh_distortion import worst_cell
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.shapes import Cylinder, Ellipsoid, Sphere, SphericalShell, Tube
 
@@ -49,4 +49,4 @@ def test_what_lies_within_a_border_has_its_volume(name: str, kind: str) -> None:
     assert abs(missed) < (1.5e-3 if quadratic else 0.06)
     assert quadratic or missed > 3e-3
     assert mesh.volumes.min() > 0.0
-    assert worst(mesh)[0] > 0.2
+    assert worst_cell(mesh)[0] > 0.2

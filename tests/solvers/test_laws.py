@@ -30,7 +30,7 @@ from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.ogden import Ogden
 from softmark.solvers.materials.veronda_westmann import VerondaWestmann
 from softmark.solvers.materials.yeoh import Yeoh
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
@@ -305,7 +305,7 @@ def test_a_bent_bar_is_that_of_felupe(name: str) -> None:
     of: Any = MATERIALS[name]
     material = of(**constants, bulk=200e3, density=1.0)
     mesh = Box((40e-3, 10e-3, 10e-3)).mesh("hex8", 5e-3)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(material, "finite"))
     f = np.zeros_like(mesh.points)
     np.add.at(f, mesh.cells, (parts.w @ parts.N)[:, :, None] * [2e5, 0.0, -3e5])

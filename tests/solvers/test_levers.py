@@ -19,7 +19,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, Law, parts_for
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Cylinder
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, NotConverged, Statics, equilibrium
@@ -46,7 +46,7 @@ def weight(mesh: Mesh) -> DeadForces:
 
 def corotated(law: Maker, mesh: Mesh = BEAM) -> Statics:
     """The silicone beam of corotational tetrahedra under its weight."""
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     energy = CorotationalTets(mesh.cells, parts.dNdX, parts.w, law("corotational", 60e3, 0.49))
     return hung(mesh, energy, energy.sound)
 
@@ -54,7 +54,7 @@ def corotated(law: Maker, mesh: Mesh = BEAM) -> Statics:
 def finite(mixed: bool, poisson: float = 0.49, kind: str = "hex8", size: float = 0.012) -> Statics:
     """The beam of neo-Hookean cells, started from its corotational twin."""
     mesh, gel = Cylinder(0.178, 0.019).mesh(kind, size), MATERIALS["neo_hookean"](60e3, poisson, 1070.0)
-    parts, laws = integration(mesh), parts_for(gel, "finite")
+    parts, laws = integrate_cells(mesh), parts_for(gel, "finite")
     assert laws is not None
     law = gel.finite_law()
     energy: Elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)

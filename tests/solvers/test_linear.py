@@ -18,7 +18,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.linear import factorisations, symbolic_cache
 from softmark.solvers.linear.recycled_solves import LinearSolver
 from softmark.solvers.materials import Law
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.runtime import thread_limits
@@ -40,7 +40,7 @@ def stiffness(law: Law, size: float = 1.0, free: bool = False, hard: float = 1.0
     """Of a block of 0.2 x 0.1 x 0.1 times `size` m, clamped at an end or free; half of it `hard` times as stiff."""
     mesh = Box((0.2, 0.1, 0.1)).mesh("tet4", 0.025)
     mesh = Mesh(mesh.points * size, mesh.cells)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     middle = mesh.points[:, 0].mean()
     w = parts.w * np.where(mesh.points[mesh.cells].mean(axis=1)[:, 0] > middle, hard, 1.0)[:, None]
     end = np.repeat(mesh.points[:, 0] <= mesh.points[:, 0].min() + 1e-9 * size, 3)
@@ -121,7 +121,7 @@ def analyses(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def test_a_pattern_is_analysed_once(analyses: list[int], law: Maker) -> None:
     """As an assembly makes its matrices, and for an equal pattern in other arrays."""
     mesh = Box((0.2, 0.1, 0.1)).mesh("tet4", 0.05)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     assembly = Assembly(mesh.points.size, NONE, [Elastic(mesh.cells, parts.dNdX, parts.w, law("small"))], [])
     K = assembly.tangent(np.zeros(mesh.points.size), 1.0)
     plan = symbolic_cache.plan_of(K)

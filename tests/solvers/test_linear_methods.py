@@ -18,7 +18,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.linear import factorisations, symbolic_cache
 from softmark.solvers.materials import Law
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.sparse import multigrid, pardiso, symbolic_factorization
 from softmark.solvers.sparse.rigid_body_modes import places, rigid_motions
@@ -30,7 +30,7 @@ PACKAGES = {"pardiso": "pypardiso", "multigrid": "pyamg"}
 def block(law: Law, size: float = 0.05, held: tuple[int, ...] = (0, 1, 2)) -> Assembly:
     """A block of 0.2 x 0.1 x 0.1 m that is held at one end, in the directions given."""
     mesh = Box((0.2, 0.1, 0.1)).mesh("tet4", size)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     end = np.flatnonzero(mesh.points[:, 0] <= 1e-9)
     fixed = np.unique((3 * end[:, None] + np.array(held)).ravel())
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
@@ -263,7 +263,7 @@ def test_what_memory_there_is() -> None:
 def test_rigid_motions_cause_no_force(law: Maker) -> None:
     """Of a free body, K R = 0 to rounding of the largest entries."""
     mesh = Box((0.2, 0.1, 0.1), (3.0, 1.0, 2.0)).mesh("tet4", 0.05)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law("small", 6e4, 0.3))
     assembly = Assembly(mesh.points.size, np.zeros(0, np.int64), [elastic], [], mesh.points)
     motions: Any = assembly.modes()

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.mesh.cell_splitting import NotTwoColourable, five
+from softmark.solvers.mesh.cell_splitting import NotTwoColourable, split_into_five
 from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
 from softmark.solvers.mesh.mesh import Mesh, jacobians
-from softmark.solvers.mesh.mesh_distortion import qualities
+from softmark.solvers.mesh.mesh_distortion import cell_qualities
 from softmark.solvers.mesh.shapes import Box, Cylinder, MeshFile, transverse
 
 MADE = {
@@ -120,7 +120,7 @@ def test_volume_is_that_of_the_inscribed_prism_and_converges_with_order_two() ->
 @pytest.mark.parametrize("size", [0.012, 0.01, 0.008, 0.0065, 0.005, 0.004, 0.003])
 def test_cells_of_a_cylinder_are_well_shaped(size: float) -> None:
     """Mean-ratio quality above 0.5, of 1 for the regular tetrahedron and 0.84 for the corner of a cube."""
-    assert qualities(Cylinder(0.178, 0.019).mesh("tet4", size)).min() > 0.5
+    assert cell_qualities(Cylinder(0.178, 0.019).mesh("tet4", size)).min() > 0.5
 
 
 def test_quality_of_known_tetrahedra() -> None:
@@ -129,7 +129,7 @@ def test_quality_of_known_tetrahedra() -> None:
     corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     flat = corner * [1, 1, 0]
     cells = np.arange(12).reshape(3, 4)
-    quality = qualities(Mesh(np.concatenate((regular, corner, flat)), cells))
+    quality = cell_qualities(Mesh(np.concatenate((regular, corner, flat)), cells))
     np.testing.assert_allclose(quality, [1.0, 12 * 0.5 ** (2 / 3) / 9, 0.0], atol=1e-15)
 
 
@@ -390,9 +390,11 @@ def test_the_alternating_split_is_that_of_sofa() -> None:
     one = Mesh(mesh.points, mesh.cells[:1], "hex8")
     c = one.cells[0][[1, 0, 3, 2, 5, 4, 7, 6]]
     listed = [(0, 5, 1, 6), (0, 1, 3, 6), (1, 3, 6, 2), (6, 3, 0, 7), (6, 7, 0, 5), (7, 5, 4, 0)]
-    from softmark.solvers.mesh.cell_splitting import alternating
+    from softmark.solvers.mesh.cell_splitting import split_into_six_alternating
 
-    assert {frozenset(t) for t in alternating(one).cells.tolist()} == {frozenset(c[list(t)].tolist()) for t in listed}
+    assert {frozenset(t) for t in split_into_six_alternating(one).cells.tolist()} == {
+        frozenset(c[list(t)].tolist()) for t in listed
+    }
 
 
 def test_hexahedra_around_an_odd_ring_cannot_be_split_in_five(tmp_path: Path) -> None:
@@ -403,7 +405,7 @@ def test_hexahedra_around_an_odd_ring_cannot_be_split_in_five(tmp_path: Path) ->
     points = np.concatenate([np.c_[flat, np.zeros(7)], np.c_[flat, np.ones(7)]])
     quads = np.array([[0, 1, 2, 3], [0, 3, 4, 5], [0, 5, 6, 1]])
     fine = Mesh(points, np.concatenate([quads, quads + 7], axis=1), "hex8")
-    assert len(five(fine).cells) == 15  # this one can be coloured: the ring is even
+    assert len(split_into_five(fine).cells) == 15  # this one can be coloured: the ring is even
     turn = 2 * np.pi * np.arange(3) / 3
     triangle = np.c_[np.cos(turn), np.sin(turn)]
     rings = [np.c_[r * triangle, np.full(3, z)] for z in (0.0, 1.0) for r in (1.0, 2.0)]
@@ -411,7 +413,7 @@ def test_hexahedra_around_an_odd_ring_cannot_be_split_in_five(tmp_path: Path) ->
     lower = np.stack([i, 3 + i, 3 + j, j], axis=1)
     odd = Mesh(np.concatenate(rings), np.concatenate([lower, lower + 6], axis=1), "hex8")
     with pytest.raises(NotTwoColourable):
-        five(odd)
+        split_into_five(odd)
     path = written(tmp_path / "odd.vtu", odd.points, odd.cells, "hexahedron")
     assert "cannot be coloured like a chessboard" in refusal(path)
     assert len(MeshFile(path, 1.0, "kuhn").mesh("tet4").cells) == 18

@@ -7,9 +7,9 @@ import pytest
 
 from softmark.solvers.elements import UnknownElement
 from softmark.solvers.mesh.cell_counts import OFF_CENTRE
-from softmark.solvers.mesh.conforming_planes import LEAST, Cut, lines
-from softmark.solvers.mesh.files.mesh_reader import converted
-from softmark.solvers.mesh.mesh_distortion import qualities
+from softmark.solvers.mesh.conforming_planes import LEAST, Cut, grid_lines
+from softmark.solvers.mesh.files.mesh_reader import convert_cells
+from softmark.solvers.mesh.mesh_distortion import cell_qualities
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.simplex_clipping import Pieces
 
@@ -40,7 +40,7 @@ def test_planes_across_the_edges_of_boxes_are_met(kind: str, seed: int) -> None:
     assert mesh.volumes.min() > 0.0
     assert mesh.volumes.sum() == pytest.approx(box.volume, rel=1e-12)
     # three layers of 1/20 of a cell meet in its worst corner: mean ratio 3 (l1 l2 l3)^(2/3) / (l1^2 + l2^2 + l3^2)
-    assert qualities(mesh).min() > 0.5 * LEAST * qualities(plain).min()
+    assert cell_qualities(mesh).min() > 0.5 * LEAST * cell_qualities(plain).min()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -58,7 +58,7 @@ def test_planes_and_circles_in_cylinders_are_met(kind: str, seed: int) -> None:
     for cuts in ((station, Cut("chord", offset, turn=turn)), (station, circle)):
         mesh = body.mesh(kind, body.radius / 3, cuts)
         assert mesh.volumes.min() > 0.0
-        assert qualities(mesh).min() > 0.05
+        assert cell_qualities(mesh).min() > 0.05
         s, p, r = own(body, mesh.points, turn)
         cells = mesh.cells[:, : mesh.element.corners]
         assert crossed(s[cells] - station.at, 1e-9 * body.length) == 0
@@ -88,10 +88,10 @@ def test_cuts_that_are_met_already_change_no_bit(kind: str) -> None:
 
 
 def test_a_line_moves_rather_than_one_being_added() -> None:
-    assert lines(0.0, 20.0, 4, [Cut("z", 14.9)]) == pytest.approx([0.0, 14.9 / 3, 29.8 / 3, 14.9, 20.0])
-    assert lines(0.0, 20.0, 4, [Cut("z", 19.9)]) is None  # a needle: left out
-    assert lines(0.0, 20.0, 4, [Cut("z", 19.9, thin=True)]) is not None  # all held: as thin as it likes
-    near = lines(0.0, 20.0, 4, [Cut("z", 12.0), Cut("z", 12.1)])
+    assert grid_lines(0.0, 20.0, 4, [Cut("z", 14.9)]) == pytest.approx([0.0, 14.9 / 3, 29.8 / 3, 14.9, 20.0])
+    assert grid_lines(0.0, 20.0, 4, [Cut("z", 19.9)]) is None  # a needle: left out
+    assert grid_lines(0.0, 20.0, 4, [Cut("z", 19.9, thin=True)]) is not None  # all held: as thin as it likes
+    near = grid_lines(0.0, 20.0, 4, [Cut("z", 12.0), Cut("z", 12.1)])
     assert near is not None
     assert 12.0 in near
     assert 12.1 not in near
@@ -116,4 +116,4 @@ def test_an_element_that_no_mesh_is_made_of_is_refused(shape: Box | Cylinder) ->
     with pytest.raises(UnknownElement, match="`hex8b`"):
         shape.mesh("hex8b", 0.005)
     with pytest.raises(UnknownElement, match="`hex8b`"):
-        converted(shape.mesh("hex8", 0.01), "hex8b", "five")
+        convert_cells(shape.mesh("hex8", 0.01), "hex8b", "five")

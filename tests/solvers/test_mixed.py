@@ -24,10 +24,10 @@ from softmark.solvers.linear.factorisations import factor
 from softmark.solvers.linear.saddle_point import factor as saddle_factor
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.isochoric_split import Isochoric
-from softmark.solvers.mesh.cell_splitting import with_nodes
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.cell_splitting import add_midside_nodes
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.pressure_interpolation import pressures
+from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Statics, equilibrium
 
@@ -41,7 +41,7 @@ def material(name: str, poisson: float, young: float = 1.0) -> Any:
 
 def formed(mesh: Mesh, form: str, what: Any, strain: str) -> Energy:
     """The energy of a formulation: displacement, mixed or mean_dilatation."""
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     body = (mesh.cells, parts.dNdX, parts.w)
     if form == "displacement":
         return Elastic(*body, law_for(what, strain))
@@ -88,7 +88,7 @@ def distorted(kind: str) -> Mesh:
     """A small mesh whose cells are not alike; edges stay straight, which quadrature is exact for."""
     mesh = Box((1.0, 0.8, 0.6)).mesh(ELEMENTS[kind].linear, 0.5)
     shake = 0.04 * np.sin(37.0 * mesh.points[:, [1, 2, 0]] + mesh.points)
-    return with_nodes(Mesh(mesh.points + shake, mesh.cells, mesh.kind), ELEMENTS[kind])
+    return add_midside_nodes(Mesh(mesh.points + shake, mesh.cells, mesh.kind), ELEMENTS[kind])
 
 
 FORMS = [(kind, form) for kind, element in ELEMENTS.items() for form in element.formulations[1:]]
@@ -255,7 +255,7 @@ def test_saddles_are_solved_to_rounding_and_know_their_signs() -> None:
     assert np.linalg.norm(b - K @ found.solve(b)) <= 1e-11 * np.linalg.norm(b)
     assert found.negative_pivots == 0
     signs = np.linalg.eigvalsh(K.toarray())
-    assert int(np.sum(signs < 0)) == pressures(mesh).count
+    assert int(np.sum(signs < 0)) == build_pressure_space(mesh).count
     turned = sparse.csr_matrix(K - 2.0 * abs(K).max() * sparse.diags((np.arange(K.shape[0]) == 0).astype(float)))
     assert saddle_factor(turned, spare, lambda A: factor(A)).negative_pivots == 1
 

@@ -15,14 +15,14 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from softmark.solvers.energies.energy import Space
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
 
 TOLERANCE = 0.1  # of every order
 
 
-def equilibrium(elastic: RodElastic, load: RodLoad, space: Space) -> np.ndarray:
+def equilibrium(elastic: RodElastic, load: RodForces, space: Space) -> np.ndarray:
     """Newton's method from rest, with halved steps until the energy falls, clamped at the first node."""
     x = elastic.rest
     for step in range(100):
@@ -56,13 +56,13 @@ def solved(length: float, segments: int, stiffness: RodStiffness, line: float, e
     rest = rod_at_rest(np.linspace([0.0, 0, 0], [length, 0, 0], segments + 1), up=np.array([0.0, 0.0, 1.0]))
     held = np.zeros((segments + 1, 3), dtype=bool)
     held[0] = True
-    load = RodLoad.uniform(rest, chain(segments + 1), np.array([0.0, 0.0, -line]))
+    load = RodForces.uniform(rest, chain(segments + 1), np.array([0.0, 0.0, -line]))
     if end:
         load = concentrated(rest, -1, np.array([0.0, 0.0, -end]))
     elastic, space = RodElastic(rest, chain(segments + 1), stiffness), RodChain(rest, held)
     x = equilibrium(elastic, load, space)
     if elastic.rigid_fraction(x) > 0:  # stretch and shear switched off: take what is left of them out
-        x = equilibrium(elastic.tightened(x), load, space)
+        x = equilibrium(elastic.with_multipliers(x), load, space)
     tip, before = x.reshape(-1, 7)[-1], elastic.rest.reshape(-1, 7)[-1]
     return np.array([tip[0], tip[2], turned(tip[3:], before[3:])])
 

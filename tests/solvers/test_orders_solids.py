@@ -17,11 +17,11 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.materials import Law, law_for, parts_for
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -134,13 +134,13 @@ def test_quadrature_of_the_test_itself() -> None:
 
 def energy(mesh: Mesh, material: str, strain: str, integrated: str) -> Energy:
     """The elastic energy, with lambda's part at the centres of the cells where it is integrated selectively."""
-    own, parts = made(material, YOUNG, POISSON), integration(mesh)
+    own, parts = made(material, YOUNG, POISSON), integrate_cells(mesh)
     if integrated == "full":
         return Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, strain))
     laws, middle = parts_for(own, strain), mean_gradients(mesh)
     assert laws is not None
     shear = Elastic(mesh.cells, parts.dNdX, parts.w, laws[0])
-    return Together((shear, Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
+    return EnergySum((shear, Elastic(mesh.cells, middle.dNdX, middle.w, laws[1])))
 
 
 def slopes(rows: Sequence[np.ndarray], edges: Sequence[int]) -> np.ndarray:

@@ -19,7 +19,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -36,7 +36,7 @@ def mesh() -> Mesh:
 
 def ours(mesh: Mesh, material: str, strain: str) -> np.ndarray:
     """Displacements (n, 3) by our solver, to a residual of 1e-11."""
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     law = law_for(MATERIALS[material](E, NU, RHO), strain)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
     f = np.zeros_like(mesh.points)

@@ -20,7 +20,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import DIRECTED, MATERIALS, law_for
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -165,7 +165,7 @@ def test_a_bent_bar_with_fibres_is_that_of_felupe(name: str) -> None:
     """All nodes to 1e-8 of the largest displacement, several mm: rounding, and what is left of two residuals."""
     material, energy = CASES[name]
     mesh = Box((40e-3, 10e-3, 10e-3)).mesh("hex8", 5e-3)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(material, "finite"))
     weight = np.zeros_like(mesh.points)
     np.add.at(weight, mesh.cells, (parts.w @ parts.N)[:, :, None] * LOAD)

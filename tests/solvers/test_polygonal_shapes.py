@@ -15,9 +15,9 @@ from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.conforming_planes import Cut
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.mesh import jacobians
-from softmark.solvers.mesh.mesh_distortion import qualities
-from softmark.solvers.mesh.mesh_refinement import finer
-from softmark.solvers.mesh.quadrilateral_meshing import quads
+from softmark.solvers.mesh.mesh_distortion import cell_qualities
+from softmark.solvers.mesh.mesh_refinement import build_finer_space
+from softmark.solvers.mesh.quadrilateral_meshing import mesh_polygon
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolution, Revolved
 from softmark.solvers.mesh.shape import Shape
 
@@ -75,7 +75,7 @@ def test_flat_sided_bodies_have_their_volume_and_sound_cells(name: str) -> None:
         assert float(mesh.volumes.sum()) == pytest.approx(shape.volume, rel=1e-12)
         assert jacobians(mesh, element_of(kind).places()).min() > 0.0
         assert len(np.unique(mesh.cells)) == len(mesh.points)
-    assert qualities(shape.mesh("tet4", SIZE)).min() > 0.25
+    assert cell_qualities(shape.mesh("tet4", SIZE)).min() > 0.25
     assert shape.skin == pytest.approx(_by_facets(shape.mesh("tet4", SIZE)), rel=1e-12)
 
 
@@ -108,7 +108,7 @@ def test_turned_bodies_are_met_with_the_order_of_the_facets(name: str) -> None:
         order = 1.7 if kind in ("tet4", "hex8") else 2.7
         assert math.log2(missing[0] / missing[1]) > order or missing[1] < 1e-5, (kind, missing)
         if kind == "tet4":
-            assert abs(float(finer(fine, shape).mesh.volumes.sum()) / shape.volume - 1.0) < missing[1] / 3.4
+            assert abs(float(build_finer_space(fine, shape).mesh.volumes.sum()) / shape.volume - 1.0) < missing[1] / 3.4
 
 
 @pytest.mark.parametrize("name", ["top", "hollow"])
@@ -133,7 +133,7 @@ def test_the_whole_surface_is_closed_and_of_its_area(name: str) -> None:
         middle = TURNED[name].origin[0]
         part, looks = selected(shape, half(0, ">=", middle)) or (0.0, np.zeros(3))
         assert part == pytest.approx(area / 2.0, rel=1e-8)
-        section = polygons.signed(TURNED[name].outline)  # what closes the half is twice the section
+        section = polygons.signed_area(TURNED[name].outline)  # what closes the half is twice the section
         assert looks[0] == pytest.approx(2.0 * section, rel=1e-8)
 
 
@@ -160,9 +160,11 @@ def test_meshes_have_nodes_on_cuts() -> None:
 
 def test_cells_are_of_the_size() -> None:
     """Quadrilaterals of triangles cut in three have about the area of a square of the size; sides may be short."""
-    square = polygons.turned(mm(*((20 * math.cos(0.1 + t), 20 * math.sin(0.1 + t)) for t in np.linspace(0, 5.8, 7))))
-    section = quads(square, 0.002)
-    each = polygons.signed(square) / len(section.quads)
+    square = polygons.orient_counterclockwise(
+        mm(*((20 * math.cos(0.1 + t), 20 * math.sin(0.1 + t)) for t in np.linspace(0, 5.8, 7)))
+    )
+    section = mesh_polygon(square, 0.002)
+    each = polygons.signed_area(square) / len(section.quads)
     assert 0.4 < math.sqrt(each) / 0.002 < 1.1
 
 

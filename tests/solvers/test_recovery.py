@@ -16,16 +16,16 @@ import pytest
 from equal_moduli import made
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
 from softmark.solvers.materials.stable_neo_hookean import StableNeoHookean
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
-from softmark.solvers.mesh.spring_edges import network
+from softmark.solvers.mesh.spring_edges import build_spring_network
 from softmark.solvers.statics.perturbed_states import DISTURBANCES, DisturbedNodes, disturbed, turns
 from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
@@ -52,7 +52,7 @@ def block(kind: str) -> Mesh:
 def cells(kind: str, law: str) -> Elastic:
     """Young's modulus 1 Pa, a Poisson's ratio of 0.3."""
     mesh = block(kind)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     if law == "corotational":
         known = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), law)
     else:
@@ -60,13 +60,13 @@ def cells(kind: str, law: str) -> Elastic:
     return Elastic(mesh.cells, parts.dNdX, parts.w, known)
 
 
-def selective(law: str) -> Together:
+def selective(law: str) -> EnergySum:
     mesh, full = block("hex8"), cells("hex8", law)
     middle = mean_gradients(mesh)
     parts = parts_for(made(law, 1.0, 0.3), "finite")
     assert parts is not None
     first = Elastic(full.cells, full.dNdX, full.w, parts[0])
-    return Together((first, Elastic(full.cells, middle.dNdX, middle.w, parts[1])))
+    return EnergySum((first, Elastic(full.cells, middle.dNdX, middle.w, parts[1])))
 
 
 def clamped(mesh: Mesh, energy: Energy, pull: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Statics:
@@ -154,7 +154,7 @@ def test_st_venant_kirchhoff_finds_back_or_names_its_inverted_cells() -> None:
 def test_springs_say_that_they_are_folded() -> None:
     """A network that is mirrored at its clamped end is at rest and inside out: no spring is stretched."""
     mesh, elastic = block("tet4"), cells("tet4", "neo_hookean")
-    net = network(mesh)
+    net = build_spring_network(mesh)
     D = mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]]
     energy = Springs(net.edges, D, stiffness_from_modulus(1.0, net.weight, np.linalg.norm(D, axis=1)))
     problem = clamped(mesh, energy)

@@ -14,14 +14,14 @@ from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
 from softmark.solvers.elements import ELEMENTS
 from softmark.solvers.energies import element_corotational
 from softmark.solvers.energies.corotational_tets import CorotationalTets
-from softmark.solvers.energies.elastic_energy import Elastic, Together
-from softmark.solvers.energies.element_corotational import ElementRotation
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
+from softmark.solvers.energies.element_corotational import ElementCorotational
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.linear.factorisations import Singular, factor
 from softmark.solvers.materials import MATERIALS, law_for
 from softmark.solvers.materials.polar_decomposition import rotations
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.model_reduction.cell_energies import apart, cells_of, part, pressed
@@ -55,15 +55,18 @@ def mass(mesh: Mesh) -> sparse.csr_matrix:
 
 def energies(mesh: Mesh) -> dict[str, Energy]:
     """Every kind of energy over cells."""
-    parts, middle = integration(mesh), mean_gradients(mesh)
+    parts, middle = integrate_cells(mesh), mean_gradients(mesh)
     soft = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "corotational")
     A = law_for(MATERIALS["linear_elastic"](1.0, 0.3, 1.0), "small").dPdF(np.eye(3)[None])[0]
     one = Elastic(mesh.cells, parts.dNdX, parts.w, soft)
-    K, G = element_corotational.stiffness(parts.dNdX, parts.w, A), element_corotational.mean(parts.dNdX, parts.w)
+    K, G = (
+        element_corotational.element_stiffness(parts.dNdX, parts.w, A),
+        element_corotational.mean_gradients(parts.dNdX, parts.w),
+    )
     found: dict[str, Energy] = {
         "points": one,
-        "together": Together((one, Elastic(mesh.cells, middle.dNdX, middle.w, soft))),
-        "turned cells": ElementRotation(mesh.points, mesh.cells, G, K, rotations),
+        "together": EnergySum((one, Elastic(mesh.cells, middle.dNdX, middle.w, soft))),
+        "turned cells": ElementCorotational(mesh.points, mesh.cells, G, K, rotations),
     }
     if mesh.kind == "tet4":
         found["tetrahedra"] = CorotationalTets(mesh.cells, parts.dNdX, parts.w, soft)
@@ -306,7 +309,7 @@ def test_sampled_cells_give_the_forces_of_all(kind: str, tolerance: float) -> No
 def test_a_training_state_is_found_again_from_few_cells(name: str, law: Callable[..., object]) -> None:
     """Tolerance 1 %: the state moves by about that, twice that for what the linear estimate leaves out."""
     mesh = Box((2.0, 1.0, 1.0)).mesh("hex8", 0.25)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     energy = Elastic(mesh.cells, parts.dNdX, parts.w, law(name))  # type: ignore[arg-type]
     V = fields(mesh, energy, 6)
     f = np.zeros_like(mesh.points)

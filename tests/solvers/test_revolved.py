@@ -11,7 +11,7 @@ from equal_moduli import made
 
 from softmark.solvers.assembly.elastic_energy_factory import elastic_parts
 from softmark.solvers.assembly.mixed_elements import with_pressures
-from softmark.solvers.energies.axisymmetric import Revolved, RevolvedPressure, carried
+from softmark.solvers.energies.axisymmetric import AxisymmetricElastic, AxisymmetricPressure, revolve_quadrature
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation, MixedSolid
@@ -19,7 +19,7 @@ from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.plane_regions import Quadrilateral, Slice
 from softmark.solvers.stress_recovery.sampling_point_stress import State
@@ -29,12 +29,12 @@ SECTION = Slice(Quadrilateral((0.2, 0.0, 0.0), (1.0, 0.1, 0.0), (1.2, 1.0, 0.0),
 GEL = NeoHookean(young=1.0, poisson=0.3, density=1.0)
 
 
-def revolved(kind: str, strain: str = "finite", size: float = 0.6) -> tuple[Revolved, Floats]:
+def revolved(kind: str, strain: str = "finite", size: float = 0.6) -> tuple[AxisymmetricElastic, Floats]:
     """The energy of a tapered ring, and its nodes (n, 3)."""
     mesh = SECTION.mesh(kind, size)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(GEL, strain))
-    return Revolved.of(elastic, parts.N, mesh.points, DEPTH), mesh.points
+    return AxisymmetricElastic.of(elastic, parts.N, mesh.points, DEPTH), mesh.points
 
 
 def bent(points: Floats) -> Floats:
@@ -87,7 +87,7 @@ def test_derivatives_of_a_pressure_on_rings(kind: str) -> None:
     """Its tangent against central differences of its forces; whole rings, so the force along y is that on discs."""
     mesh = SECTION.mesh(kind, 0.6)
     inner = mesh.facets[(np.abs(mesh.points[mesh.facets] @ (0.9, 0.2, 0.0) - 0.18) < 1e-9).all(axis=1)]
-    load = RevolvedPressure(mesh.points, inner, 3.0, depth=DEPTH)
+    load = AxisymmetricPressure(mesh.points, inner, 3.0, depth=DEPTH)
     x = bent(mesh.points)
     K = tangent(load, x)
     assert differences(lambda y: gradient(load, y), x) == pytest.approx(K, rel=0, abs=1e-8 * np.abs(K).max())
@@ -116,13 +116,13 @@ def test_volumes_and_forces_found_again(kind: str) -> None:
 def held(kind: str, strain: str, material: Any = GEL, mixed: bool = False) -> tuple[Any, Floats]:
     """The tapered ring with pressures, or with one mean for each cell, and its nodes (n, 3)."""
     mesh = SECTION.mesh(kind, 0.6)
-    parts, split = integration(mesh), mixed_for(material, strain)
+    parts, split = integrate_cells(mesh), mixed_for(material, strain)
     assert split is not None
     if mixed:
         made: Any = with_pressures(mesh, parts, split, material.shear_modulus)
     else:
         made = MeanDilatation(mesh.cells, parts.dNdX, parts.w, split.shape, split.constraint, split.modulus)
-    hoop, w = carried(made, parts.N, mesh.points, DEPTH)
+    hoop, w = revolve_quadrature(made, parts.N, mesh.points, DEPTH)
     return replace(made, w=w, hoop=hoop), mesh.points
 
 
@@ -177,7 +177,7 @@ def test_selective_points_lie_on_rings_too() -> None:
     mesh = SECTION.mesh("hex8", 0.6)
     energy, points = revolved("hex8", "small")
     _, middle = elastic_parts(mesh, energy, GEL, "small", selective=True)
-    assert isinstance(middle, Revolved)
+    assert isinstance(middle, AxisymmetricElastic)
     x = bent(points)
     share = energy.w / energy.w.sum(axis=1, keepdims=True)  # of whole rings
     mean = np.einsum("mq,mqij->mij", share, energy.F(x).reshape(*share.shape, 3, 3))
@@ -194,8 +194,10 @@ def test_stress_where_constants_vary_is_of_the_means_over_whole_rings() -> None:
         r = mesh.points[mesh.cells, 0] @ mesh.element.shape(rule[0]).T
         return replace(GEL, young=1.0 + r**2)  # type: ignore[arg-type]
 
-    parts, own = integration(mesh), at_points(None, mesh, mesh.element.quadrature())
-    ring = Revolved.of(Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, "small")), parts.N, mesh.points, DEPTH)
+    parts, own = integrate_cells(mesh), at_points(None, mesh, mesh.element.quadrature())
+    ring = AxisymmetricElastic.of(
+        Elastic(mesh.cells, parts.dNdX, parts.w, law_for(own, "small")), parts.N, mesh.points, DEPTH
+    )
     volume: Any = elastic_parts(mesh, ring, own, "small", True)[1].law
     state = State(mesh, own, "small", e * mesh.points * [1.0, 1.0, 0.0], "selective", revolved=True, at=at_points)
     _, sigma, _ = state.sampled(mesh.element.quadrature())

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from end_force import concentrated
 
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_kinematics import Segments
 from softmark.solvers.energies.rod_rotation import (
     between,
@@ -155,7 +155,7 @@ def test_derivatives_hold_with_an_offset() -> None:
     rng = np.random.default_rng(16)
     stiffness = replace(UNIT, rigid=(0, 2))
     x = random_state(rng)
-    elastic = RodElastic(random_state(rng), chain(NODES), stiffness).tightened(random_state(rng))
+    elastic = RodElastic(random_state(rng), chain(NODES), stiffness).with_multipliers(random_state(rng))
     numerical = derivative(lambda y: np.array(elastic.value(y)), x)
     np.testing.assert_allclose(gradient(elastic, x), numerical, atol=2e-9)
     numerical = derivative(lambda y: gradient(elastic, y), x)
@@ -168,8 +168,8 @@ def test_tightening_doubles_the_forces_of_switched_off_modes_only() -> None:
     x = random_state(rng)
     loose = RodElastic(random_state(rng), chain(NODES), replace(UNIT, rigid=(0, 2)))
     factor = np.array([2.0, 1.0, 2.0, 1.0, 1.0, 1.0])
-    np.testing.assert_allclose(loose.tightened(x).resultants(x), factor * loose.resultants(x), atol=1e-14)
-    np.testing.assert_allclose(loose.tightened(x).strains(x), loose.strains(x))
+    np.testing.assert_allclose(loose.with_multipliers(x).resultants(x), factor * loose.resultants(x), atol=1e-14)
+    np.testing.assert_allclose(loose.with_multipliers(x).strains(x), loose.strains(x))
     assert loose.rigid_fraction(loose.rest) == 0.0
 
 
@@ -316,7 +316,7 @@ def test_uniform_load_is_consistent_and_has_its_potential() -> None:
     agree.
     """
     rest = rod_at_rest(np.linspace([0.0, 0, 0], [2.0, 0, 0], NODES))
-    load = RodLoad.uniform(rest, chain(NODES), np.array([0.0, 1.0, -3.0]))
+    load = RodForces.uniform(rest, chain(NODES), np.array([0.0, 1.0, -3.0]))
     np.testing.assert_allclose(load.forces.sum(axis=0), [0.0, 2.0, -6.0], atol=1e-15)
     np.testing.assert_allclose(load.forces[0], load.forces[2] / 2)
     x = random_state(np.random.default_rng(13))

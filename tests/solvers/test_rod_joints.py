@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.energies.energy import Energy
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_joints import Jointed, Joints
 from softmark.solvers.energies.rod_loads import RodArms, RodMoments
 from softmark.solvers.energies.rod_rotation import exponential, product, quaternion, rotation
@@ -81,7 +81,7 @@ def energies(rest: np.ndarray, joints: Joints) -> list[Jointed]:
     nodes = np.array([2, 5])
     return [
         Jointed(RodElastic(rest, ELEMENTS, UNIT), joints),
-        Jointed(RodLoad(rest, rng.normal(size=(8, 3))), joints),
+        Jointed(RodForces(rest, rng.normal(size=(8, 3))), joints),
         Jointed(RodArms(rest, nodes, rng.normal(size=(2, 3)), rng.normal(size=(2, 3))), joints),
     ]
 

@@ -14,7 +14,7 @@ import pytest
 from end_force import concentrated
 
 from softmark.solvers.energies.energy import Space
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
 
@@ -24,7 +24,7 @@ class Cantilever:
     """A rod clamped at its first node under one dead load."""
 
     elastic: RodElastic
-    load: RodLoad
+    load: RodForces
     space: Space
 
     @property
@@ -48,7 +48,7 @@ class Cantilever:
         return np.asarray(data.reshape(dofs, dofs)[6:, 6:])
 
 
-def clamped(rest: np.ndarray, stiffness: RodStiffness, load: RodLoad, *, plain: bool = False) -> Cantilever:
+def clamped(rest: np.ndarray, stiffness: RodStiffness, load: RodForces, *, plain: bool = False) -> Cantilever:
     nodes = rest.size // 7
     held = np.zeros((nodes, 3), dtype=bool)
     held[0] = True
@@ -94,7 +94,7 @@ def solve_rigid(rod: Cantilever) -> np.ndarray:
     """With switched-off modes: solve, take their strain into the multipliers, solve again; it must go."""
     x, _ = solve(rod)
     assert 0 < rod.elastic.rigid_fraction(x) < 1e-4
-    tight = replace(rod, elastic=rod.elastic.tightened(x))
+    tight = replace(rod, elastic=rod.elastic.with_multipliers(x))
     y, steps = solve(tight, x)
     assert steps <= 3
     assert tight.elastic.rigid_fraction(y) < 1e-12
@@ -147,7 +147,7 @@ def test_moment_rolls_the_rod_up(degrees: float, x_L: float, y_L: float) -> None
     """
     n, L, EI, theta = 32, 2.0, 3.0, np.radians(degrees)
     rest = straight(L, n)
-    rod = clamped(rest, RodStiffness(1e3, 4e2, 4e2, 1.0, EI, EI), RodLoad(rest, np.zeros((n + 1, 3))))
+    rod = clamped(rest, RodStiffness(1e3, 4e2, 4e2, 1.0, EI, EI), RodForces(rest, np.zeros((n + 1, 3))))
     moment = np.zeros(6 * n)
     moment[-1] = theta * EI / L
     x = rod.space.move(rest, np.concatenate([np.zeros(6), np.linalg.solve(rod.tangent(rest), moment)]))
@@ -228,7 +228,7 @@ def test_switching_modes_off_costs_no_newton_steps() -> None:
     80.
     """
     rest = straight(1.0, 10)
-    load = RodLoad.uniform(rest, chain(11), np.array([0.0, 0.0, -10.93237]))
+    load = RodForces.uniform(rest, chain(11), np.array([0.0, 0.0, -10.93237]))
     soft = RodStiffness(347.0, 105.0, 105.0, 0.67, 1.0, 1.0)
     stiff = soft.without(1.0, shear=False, axial=False)
     _, steps_soft = solve(clamped(rest, soft, load))
@@ -252,7 +252,7 @@ def silicone(segments: int, **modes: bool) -> Cantilever:
     """R = 19 mm, rho = 1070 kg/m^3, E = 60 kPa, nu = 0.49, g = 9.81 m/s^2, clamped, at full weight."""
     section = circular(0.019, 60e3, 0.49)
     rest = straight(SILICONE_LENGTH, segments)
-    load = RodLoad.uniform(rest, chain(segments + 1), np.array([0.0, 0.0, -1070 * 9.81 * section.area]))
+    load = RodForces.uniform(rest, chain(segments + 1), np.array([0.0, 0.0, -1070 * 9.81 * section.area]))
     stiffness = section.stiffness.without(SILICONE_LENGTH, **modes) if modes else section.stiffness
     return clamped(rest, stiffness, load)
 

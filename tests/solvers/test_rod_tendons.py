@@ -23,7 +23,7 @@ from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedGuides
 from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import TurnedTendons
 from softmark.solvers.energies.incremental_rotation.moving_rods import RodChart, TurningRod
-from softmark.solvers.energies.local_blocks import OverElements
+from softmark.solvers.energies.local_blocks import RodElementEnergy
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import circular
@@ -32,7 +32,7 @@ from softmark.solvers.energies.rod_tendons import RodTendons
 from softmark.solvers.linear.banded_lu import ChainSolver
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
-Made = Callable[[], tuple[OverElements, np.ndarray]]
+Made = Callable[[], tuple[RodElementEnergy, np.ndarray]]
 L, GUM = 0.2, circular(4e-3, 1e6, 0.3)
 
 
@@ -89,7 +89,7 @@ def test_forces_and_tangent_are_the_derivatives_of_the_length(made: Made) -> Non
     assert np.linalg.eigvalsh(_projected(tendons, x)).min() > -1e-12
 
 
-def _projected(tendons: OverElements, x: np.ndarray) -> np.ndarray:
+def _projected(tendons: RodElementEnergy, x: np.ndarray) -> np.ndarray:
     n = x.size // 7 * 6
     K = np.zeros(n * n)
     tendons.add_hessian(x, K, tendons.stencils[:, :, None] * n + tendons.stencils[:, None, :], 1.0, True)

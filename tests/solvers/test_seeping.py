@@ -17,7 +17,7 @@ from softmark.solvers.materials import law_for
 from softmark.solvers.materials.biphasic import Biphasic
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.materials.volumetric_constraints import Dilatation, VolumeRatio
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 
@@ -29,7 +29,7 @@ def made(kind: str, turns: bool) -> tuple[Mesh, Seeping]:
     """A cube of few cells, all constants about one, in the middle of a step."""
     mesh = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0)
     pair = (law_for(GEL, "finite"), VolumeRatio()) if turns else (law_for(GEL, "small"), Dilatation())
-    energy = seeping(mesh, integration(mesh), pair, 0.8, GEL, turns)
+    energy = seeping(mesh, integrate_cells(mesh), pair, 0.8, GEL, turns)
     count = energy.dofs - 3 * energy.nodes
     return mesh, replace(energy, span=0.3, owed=np.linspace(-0.1, 0.2, count))
 

@@ -16,12 +16,12 @@ import pytest
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.elastic_energy_factory import elastic_energy
 from softmark.solvers.elements.hex8 import Hex8
-from softmark.solvers.energies.axisymmetric import Revolved
+from softmark.solvers.energies.axisymmetric import AxisymmetricElastic
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, law_for
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -54,7 +54,7 @@ def inside(mesh: Mesh) -> Any:
 
 def selective(mesh: Mesh, strain: str, poisson: float = 0.45) -> Energy:
     """The selectively integrated energy of neo-Hookean cells, E = 1 Pa; at small strain Hooke's law."""
-    material, parts = MATERIALS["neo_hookean"](1.0, poisson, 1.0), integration(mesh)
+    material, parts = MATERIALS["neo_hookean"](1.0, poisson, 1.0), integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(material, strain))
     return elastic_energy(mesh, elastic, material, strain, selective=True)
 
@@ -98,8 +98,8 @@ def test_rings_pass_it_too(seeds: range) -> None:
             points[i, :2] += shift[tuple(np.round(flat.points[i, :2], 6))]
         points[:, 0] += chance.uniform(0.0, 3.0)
         mesh = Mesh(points, flat.cells, "hex8")
-        parts = integration(mesh)
-        elastic = Revolved.of(
+        parts = integrate_cells(mesh)
+        elastic = AxisymmetricElastic.of(
             Elastic(mesh.cells, parts.dNdX, parts.w, law_for(material, "finite")), parts.N, mesh.points, 1.0
         )
         energy = elastic_energy(mesh, elastic, material, "finite", selective=True)

@@ -11,7 +11,7 @@ import pytest
 from softmark.solvers.elements import element_of
 from softmark.solvers.mesh.arc_shapes import Arc
 from softmark.solvers.mesh.mesh import jacobians
-from softmark.solvers.mesh.mesh_refinement import finer
+from softmark.solvers.mesh.mesh_refinement import build_finer_space
 from softmark.solvers.mesh.shape import Shape
 from softmark.solvers.mesh.spheres import Ellipsoid, Sphere, SphericalShell
 from softmark.solvers.mesh.tubes import Annulus, Tube
@@ -69,7 +69,9 @@ def test_finer_spaces_lie_on_the_true_surface(name: str, kind: str) -> None:
     """New nodes go onto the sides: what is missing of the volume falls with the order of the finer facets."""
     shape = BODIES[name]
     mesh = shape.mesh(kind, SIZE / 2.0)
-    before, after = (abs(float(m.volumes.sum()) / shape.volume - 1.0) for m in (mesh, finer(mesh, shape).mesh))
+    before, after = (
+        abs(float(m.volumes.sum()) / shape.volume - 1.0) for m in (mesh, build_finer_space(mesh, shape).mesh)
+    )
     assert after < before / 3.4
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import ELEMENTS
-from softmark.solvers.energies.elastic_energy import Elastic, Together
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
 from softmark.solvers.energies.energy import Energy, VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.materials import MATERIALS, law_for, parts_for
-from softmark.solvers.mesh.cell_splitting import with_nodes
-from softmark.solvers.mesh.element_interpolation import integration, mean_gradients
+from softmark.solvers.mesh.cell_splitting import add_midside_nodes
+from softmark.solvers.mesh.element_interpolation import integrate_cells, mean_gradients
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -54,11 +54,11 @@ def cube(cells: int = 2, kind: str = "tet4") -> Mesh:
     points = mesh.points.copy()
     inner = np.all((points > 0.01) & (points < 0.99), axis=1)
     points[inner] += np.random.default_rng(1).uniform(-0.1, 0.1, (inner.sum(), 3)) / cells
-    return with_nodes(Mesh(points, mesh.cells, mesh.kind), ELEMENTS[kind])
+    return add_midside_nodes(Mesh(points, mesh.cells, mesh.kind), ELEMENTS[kind])
 
 
 def elastic(mesh: Mesh, law: tuple[str, str], young: float = 1.0, poisson: float = 0.25) -> Elastic:
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     return Elastic(mesh.cells, parts.dNdX, parts.w, law_for(MATERIALS[law[0]](young, poisson, 1.0), law[1]))
 
 
@@ -227,12 +227,12 @@ def test_scrambled_cube_recovers(seed: int) -> None:
 def bent(selective: bool, poisson: float) -> float:
     """Tip deflection of a cantilever of hexahedra, 1 x 0.1 x 0.1 with E = 1e6, under a shear force of 1 on its end."""
     mesh, material = Box((1.0, 0.1, 0.1)).mesh("hex8", 1 / 60), MATERIALS["linear_elastic"](1e6, poisson, 1.0)
-    parts, middle = integration(mesh), mean_gradients(mesh)
+    parts, middle = integrate_cells(mesh), mean_gradients(mesh)
     energy: Energy = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(material, "small"))
     split = parts_for(material, "small")
     if selective and split is not None:
         shear = Elastic(mesh.cells, parts.dNdX, parts.w, split[0])
-        energy = Together((shear, Elastic(mesh.cells, middle.dNdX, middle.w, split[1])))
+        energy = EnergySum((shear, Elastic(mesh.cells, middle.dNdX, middle.w, split[1])))
     f = np.zeros_like(mesh.points)
     f[:, 2] = (mesh.points[:, 0] > 1 - 1e-9) / np.sum(mesh.points[:, 0] > 1 - 1e-9)
     fixed = (3 * np.nonzero(mesh.points[:, 0] < 1e-9)[0][:, None] + np.arange(3)).ravel()

@@ -12,7 +12,15 @@ from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.spring_edges import BODY, CUBE, EDGE, FACE, Diagonals, network, shares
+from softmark.solvers.mesh.spring_edges import (
+    BODY,
+    CUBE,
+    EDGE,
+    FACE,
+    Diagonals,
+    build_spring_network,
+    hexahedron_shares,
+)
 from softmark.solvers.statics.static_equilibrium import NotConverged, Statics, equilibrium
 
 NONE = np.zeros(0, dtype=np.int64)
@@ -30,12 +38,12 @@ def block(counts: tuple[int, int, int], edges: tuple[float, float, float] = (1.0
 
 
 def springs_of(mesh: Mesh, k: np.ndarray, diagonals: Diagonals = "all") -> Springs:
-    edges = network(mesh, diagonals).edges
+    edges = build_spring_network(mesh, diagonals).edges
     return Springs(edges, mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], k)
 
 
 def of_modulus(mesh: Mesh, young: float, diagonals: Diagonals = "all") -> Springs:
-    net = network(mesh, diagonals)
+    net = build_spring_network(mesh, diagonals)
     l0 = np.linalg.norm(mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]], axis=1)
     return springs_of(mesh, stiffness_from_modulus(young, net.weight, l0), diagonals)
 
@@ -88,7 +96,7 @@ def test_kernels_against_einsum(projected: bool) -> None:
     """Each block from its formula, summed densely. Rounding alone differs."""
     rng = np.random.default_rng(5)
     mesh = block((2, 1, 1))
-    springs = springs_of(mesh, rng.uniform(0.5, 2.0, len(network(mesh).edges)))
+    springs = springs_of(mesh, rng.uniform(0.5, 2.0, len(build_spring_network(mesh).edges)))
     x = rng.uniform(-0.3, 0.3, mesh.points.size)
     y = mesh.points + x.reshape(-1, 3)
     d = y[springs.edges[:, 1]] - y[springs.edges[:, 0]]
@@ -155,18 +163,18 @@ def test_springs_of_a_tetrahedron() -> None:
 
 def test_springs_of_a_block_of_cubes() -> None:
     """By counting: 2 x 1 x 1 cubes have 20 edges, 11 faces with two diagonals, 8 body diagonals."""
-    net = network(block((2, 1, 1)), "all")
+    net = build_spring_network(block((2, 1, 1)), "all")
     assert np.bincount(net.what).tolist() == [20, 22, 8]
     assert len(np.unique(np.sort(net.edges, axis=1), axis=0)) == 50
     assert [int(net.count[net.what == w].max()) for w in (EDGE, FACE, BODY)] == [2, 2, 1]
     np.testing.assert_allclose(net.volume, net.count)  # of unit cells
-    assert len(network(block((2, 1, 1)), "faces").edges) == 42
+    assert len(build_spring_network(block((2, 1, 1)), "faces").edges) == 42
 
 
 def test_a_spring_that_cells_share_is_one() -> None:
     """Two tetrahedra on a face have 9 edges; V adds up around the three that they share."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2]])
-    net = network(Mesh(points, np.array([[0, 1, 2, 3], [0, 2, 1, 4]])))
+    net = build_spring_network(Mesh(points, np.array([[0, 1, 2, 3], [0, 2, 1, 4]])))
     assert sorted(net.count.tolist()) == [1, 1, 1, 1, 1, 1, 2, 2, 2]
     np.testing.assert_allclose(net.volume[net.count == 2], 1 / 6 + 2 / 6)
     np.testing.assert_array_equal(net.weight, net.volume)
@@ -183,7 +191,7 @@ def test_the_lattice_identity() -> None:
     """
     a, k1, k2 = 0.5, 3.0, 0.7
     mesh = block((3, 2, 2), (a, a, a))
-    net = network(mesh, "faces")
+    net = build_spring_network(mesh, "faces")
     k = np.where(net.what == EDGE, k1 * net.count / 4, k2 * net.count / 2)
     C = elasticities(mesh, springs_of(mesh, k, "faces"))
     expected = np.diag([k1 + k2] * 3 + [k2] * 3) / a
@@ -209,7 +217,7 @@ def test_cubes_have_the_modulus_of_the_material_and_nu_of_a_quarter(diagonals: D
 def test_120_newtons_per_metre() -> None:
     """E = 60 kPa, a = 5 mm: k = 2 E a / 5 = 120 N/m on edges and face diagonals inside the block."""
     mesh = block((3, 3, 3), (5e-3, 5e-3, 5e-3))
-    net, springs = network(mesh, "faces"), of_modulus(mesh, 60e3, "faces")
+    net, springs = build_spring_network(mesh, "faces"), of_modulus(mesh, 60e3, "faces")
     inside = net.count == np.where(net.what == EDGE, 4, 2)
     assert inside.sum() > 10
     np.testing.assert_allclose(springs.k[inside], 120.0, rtol=1e-10)
@@ -220,7 +228,7 @@ def test_120_newtons_per_metre() -> None:
 def test_the_shares_of_a_cube_add_up_to_six(diagonals: Diagonals) -> None:
     """As the six edges of a tetrahedron do: the sum of k l0^2 is then 6 E V in every network."""
     mesh = block((1, 1, 1))
-    found = shares(mesh.points[mesh.cells], diagonals)[0]
+    found = hexahedron_shares(mesh.points[mesh.cells], diagonals)[0]
     expected = np.repeat(CUBE[diagonals], [12, 12, 4])[: len(found)]
     np.testing.assert_allclose(found, expected, atol=1e-12)
     assert found.sum() == pytest.approx(6.0, abs=1e-11)
@@ -241,7 +249,7 @@ def test_long_cells_are_balanced(long: float, within: float) -> None:
 def test_the_shares_of_a_cube_would_make_long_cells_too_stiff() -> None:
     """What balancing is for: at 1.4 times the length the block is 1.495 times too stiff (this computation)."""
     mesh = block((2, 2, 2), (1.0, 1.0, 1.4))
-    net = network(mesh, "all")
+    net = build_spring_network(mesh, "all")
     l0 = np.linalg.norm(mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]], axis=1)
     springs = springs_of(mesh, np.array(CUBE["all"])[net.what] * net.volume / l0**2)
     assert 1 / np.linalg.inv(elasticities(mesh, springs))[2, 2] == pytest.approx(1.495, abs=1e-3)
@@ -253,7 +261,7 @@ def test_edges_and_body_diagonals_alone_slide() -> None:
     Then an edge along y or z turns and does not stretch, and a body diagonal joins rows that move together.
     """
     mesh = block((3, 3, 3))
-    net = network(mesh, "all")
+    net = build_spring_network(mesh, "all")
     springs = springs_of(mesh, np.where(net.what == FACE, 0.0, 1.0))
     x = np.zeros_like(mesh.points)
     x[:, 0] = (-1.0) ** np.round(mesh.points[:, 1] + mesh.points[:, 2])

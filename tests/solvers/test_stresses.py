@@ -17,7 +17,7 @@ from softmark.solvers.energies.mixed_displacement_pressure import DisplacementEn
 from softmark.solvers.linear.linear_solver import Linear
 from softmark.solvers.materials import MATERIALS, Isotropic, law_for, mixed_for
 from softmark.solvers.mesh import element_interpolation
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh, jacobians
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -60,7 +60,7 @@ def solved(kind: str, way: str, law: str, n: int, poisson: float = POISSON) -> t
     own = material("linear_elastic" if law == "small" else "neo_hookean", poisson)
     fixed = np.flatnonzero(np.repeat(np.isin(np.arange(len(mesh.points)), mesh.facets), 3))
     load: Energy = DeadForces(points.nodal(getattr(orders, law)))
-    parts, dofs = integration(mesh), mesh.points.size
+    parts, dofs = integrate_cells(mesh), mesh.points.size
     if way in ("full", "selective"):
         name = "linear_elastic" if law == "small" else "neo_hookean"
         energy = orders.energy(mesh, name, strain, way)
@@ -275,7 +275,7 @@ def layered(kind: str, n: int) -> tuple[Mesh, np.ndarray, Layers]:
     mesh = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0 / n)
     owners = (mesh.points[mesh.cells].mean(axis=1)[:, 0] > 0.5).astype(np.int64)
     fixed = np.flatnonzero(np.repeat(np.isin(np.arange(len(mesh.points)), mesh.facets), 3))
-    outer, parts = mesh.points[:, 0] > 0.5, integration(mesh)
+    outer, parts = mesh.points[:, 0] > 0.5, integrate_cells(mesh)
     u = np.where(outer[:, None], jumping(mesh.points, 1)[0], jumping(mesh.points, 0)[0])
     xi, weights = mesh.element.mass_quadrature()
     N, w = mesh.element.shape(xi), jacobians(mesh, xi) * weights
@@ -398,11 +398,11 @@ def test_many_points_do_not_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = Box((1.0, 1.0, 1.0)).mesh("tet4", 0.5)
     rng = np.random.default_rng(6)
     for _ in range(70):
-        element_interpolation.locate(mesh, rng.random((3, 3)))
-    kept = mesh.selections[element_interpolation.locate]
+        element_interpolation.locate_points(mesh, rng.random((3, 3)))
+    kept = mesh.selections[element_interpolation.locate_points]
     assert len(kept) == 64
     for _ in range(6):
-        element_interpolation.locate(mesh, rng.random((200, 3)))
+        element_interpolation.locate_points(mesh, rng.random((200, 3)))
     assert [len(X) for X, _ in kept] == [200] * 4
 
 

@@ -14,7 +14,7 @@ from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.disjoint_shapes import Apart
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
@@ -45,7 +45,7 @@ def test_patch(kind):
     mesh, one, other = blocks(kind)
     n, P = mesh.points.size, mesh.points
     law = law_for(NeoHookean(young=1.0, poisson=0.3, density=1.0), "finite")
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
     glue = tied(mesh, one, other, 1e4, 1e-3)
     lid, floor = (3 * np.flatnonzero(np.abs(P[:, 2] - z) < 1e-9) + 2 for z in (2.0, 0.0))

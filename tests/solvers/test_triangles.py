@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from softmark.solvers.mesh.conforming_planes import Cut
-from softmark.solvers.mesh.jacobian_bounds import folded
+from softmark.solvers.mesh.jacobian_bounds import find_folded_cells
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.mesh_distortion import qualities
-from softmark.solvers.mesh.mesh_refinement import finer
+from softmark.solvers.mesh.mesh_distortion import cell_qualities
+from softmark.solvers.mesh.mesh_refinement import build_finer_space
 from softmark.solvers.mesh.plane_regions import Quadrilateral, QuarterRing, Slice
 
 PANEL = Slice(Quadrilateral((0.0, 0.0, 0.0), (0.048, 0.044, 0.0), (0.048, 0.06, 0.0), (0.0, 0.044, 0.0)), 0.004)
@@ -32,7 +32,7 @@ def test_cells_fill_the_region_and_its_surface_is_closed(kind: str) -> None:
     assert outward(mesh) == pytest.approx(PANEL.volume, rel=1e-13)
     a, b, c = np.moveaxis(mesh.points[mesh.faces], 1, 0)
     assert np.linalg.norm(np.cross(b - a, c - a), axis=1).min() > 0.0
-    assert qualities(mesh).min() > 0.0
+    assert cell_qualities(mesh).min() > 0.0
 
 
 def test_curved_sides_lie_on_the_circle() -> None:
@@ -44,7 +44,7 @@ def test_curved_sides_lie_on_the_circle() -> None:
         assert len(on) == RING.counts(0.25)[1]
         assert on == pytest.approx(radius, abs=1e-12)
     assert mesh.volumes.sum() == pytest.approx(RING.volume, rel=1e-5)
-    assert not len(folded(mesh, np.zeros(len(mesh.cells)))[0])
+    assert not len(find_folded_cells(mesh, np.zeros(len(mesh.cells)))[0])
 
 
 @BOTH
@@ -59,7 +59,7 @@ def test_borders_get_nodes(kind: str) -> None:
 def test_their_finer_space_holds_theirs(kind: str) -> None:
     """The fine mesh is of the same body, and a field of the coarse one is in it: here x, and what the cells map."""
     mesh = PANEL.mesh(kind, 0.02)
-    above = finer(mesh)
+    above = build_finer_space(mesh)
     assert above.mesh.kind == "wedge15"
     assert len(above.mesh.cells) == len(mesh.cells) * (1 if kind == "tri3" else 8)
     assert above.mesh.volumes.min() > 0.0
@@ -72,4 +72,4 @@ def test_a_region_reversed_or_folded_is_seen() -> None:
     mesh = PANEL.mesh("tri3", 0.02)
     turned = Mesh(mesh.points, mesh.cells[:, list(mesh.element.turned)], mesh.kind)
     assert turned.volumes == pytest.approx(-mesh.volumes, rel=1e-12)
-    assert qualities(turned).max() < 0.0
+    assert cell_qualities(turned).max() < 0.0

@@ -14,7 +14,7 @@ from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
 from softmark.solvers.materials import MATERIALS, drags_for, law_for, mixed_for, parts_for
 from softmark.solvers.materials.heterogeneous import averaged, with_constants
 from softmark.solvers.materials.plane_stress import Thin
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.model_reduction.cell_energies import part
 
@@ -94,7 +94,7 @@ def test_a_cell_of_one_point_has_the_means_of_the_two_moduli() -> None:
 def solid(kind: str, constant: bool) -> tuple[Any, Any, Any, Any]:
     """A block of cells, with constants that are the same everywhere, as numbers or as arrays, and as a material."""
     mesh = Box((2.0, 1.0, 1.0)).mesh(kind, 0.5)
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     material: Any = MATERIALS["neo_hookean"](2.0, 0.4, 1.0)
     if not constant:
         ones = np.ones(parts.w.shape)

@@ -25,7 +25,7 @@ from softmark.solvers.materials.neo_hookean_isochoric import NeoHookeanIsochoric
 from softmark.solvers.materials.small_strain import SmallStrain
 from softmark.solvers.materials.strain_measures import Green, Measure, Shape, Small, Turned
 from softmark.solvers.materials.viscoelastic_increment import Relaxing, Series
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 
 G, TAU = np.array([0.3, 0.2]), np.array([1.0, 10.0])
@@ -38,7 +38,7 @@ def cell(law=BAR):
     """The energy of a cube of one cell, and the displacements (24,) that stretch it by one along x."""
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
     mesh = Mesh(points, np.arange(8)[None], "hex8")
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     x = np.zeros((8, 3))
     x[:, 0] = points[:, 0]
     return Elastic(mesh.cells, parts.dNdX, parts.w, law), x.ravel(), mesh

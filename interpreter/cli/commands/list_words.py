@@ -146,7 +146,7 @@ def _units() -> Rows:
     from softmark.interpreter.language import units
 
     rows = [
-        (name, units.named(d) + (", takes prefixes" if prefixed else ""))
+        (name, units.dimension_name(d) + (", takes prefixes" if prefixed else ""))
         for name, (_, d, prefixed) in units.UNITS.items()
         if name != "1"
     ]

@@ -25,15 +25,15 @@ class Unread(Exception):
 
 def read_scene(name: str) -> tuple[Source, Path, Path | None]:
     """Text, folder and file of a scene: a path, a standard scene, or `-` for standard input. Raises Unread."""
-    from softmark.interpreter.language.scene_sources import Missing, beginning, locate, read
+    from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_limited, read_scene_file
 
     try:
         if name == "-":
-            data = beginning(sys.stdin.buffer, "standard input")
+            data = read_limited(sys.stdin.buffer, "standard input")
             return Source("<stdin>", data.decode("utf-8", errors="replace")), Path(), None
-        path = locate(name)
-        return read(path), path.parent, path
-    except Missing as missing:
+        path = locate_scene(name)
+        return read_scene_file(path), path.parent, path
+    except UnreadableScene as missing:
         raise Unread(Diagnostic("E401", missing.reason, None, None, help=missing.remedy)) from missing
 
 

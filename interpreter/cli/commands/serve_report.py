@@ -85,11 +85,11 @@ def folder_of(place: str) -> Path:
             return below[0]
         found = f"several reports: {', '.join(p.name for p in below)}" if below else "no report"
         raise LookupError(f"there is {found} in {path}; name the folder of one, or its scene")
-    from softmark.interpreter.language.scene_sources import Missing, locate
+    from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene
 
     try:
-        return Path(f"{locate(place).stem}-report")
-    except Missing as missing:
+        return Path(f"{locate_scene(place).stem}-report")
+    except UnreadableScene as missing:
         raise LookupError(f"{missing.reason}; {missing.remedy}") from missing
 
 

@@ -36,14 +36,14 @@ State = Mapping[Path, str]
 
 def watch(parsed: argparse.Namespace) -> int:
     """Run until a signal ends it; the status is that of a command line in error, for nothing else returns."""
-    from softmark.interpreter.language.scene_sources import Missing, locate
+    from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene
 
     if parsed.file == "-":
         print("error: `--watch` needs the name of a file: standard input comes once", file=sys.stderr)
         return 2
     try:
-        file = locate(parsed.file)
-    except Missing as missing:
+        file = locate_scene(parsed.file)
+    except UnreadableScene as missing:
         print(visible(f"error[E401]: {missing.reason}; {missing.remedy}"), file=sys.stderr)
         return 2
     watched = Watched(file, tuple(Path(p) for p in parsed.plugins))
@@ -157,7 +157,7 @@ def _stamp(path: Path) -> Stamp:
 
 def _named(text: Path) -> Iterator[Path]:
     """Files that a text names in quotes, where they are or could be."""
-    from softmark.interpreter.language.scene_sources import named
+    from softmark.interpreter.language.scene_sources import find_quoted_paths
 
     with suppress(OSError):
-        yield from named(text.read_text(encoding="utf-8", errors="replace"), text.parent)
+        yield from find_quoted_paths(text.read_text(encoding="utf-8", errors="replace"), text.parent)

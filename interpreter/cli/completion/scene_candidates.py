@@ -67,10 +67,10 @@ def _fields(files: Sequence[str], name: str) -> dict[str, str]:
 def _declarations(files: Sequence[str]) -> list[Declaration]:
     """Of all scenes among some words; what cannot be read has none."""
     from softmark.grammar.parser import parse
-    from softmark.interpreter.language.scene_sources import Missing, locate, read
+    from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_scene_file
 
     found: list[Declaration] = []
     for name in files:
-        with suppress(Missing, OSError):
-            found += parse(read(locate(name)))[0].declarations
+        with suppress(UnreadableScene, OSError):
+            found += parse(read_scene_file(locate_scene(name)))[0].declarations
     return found

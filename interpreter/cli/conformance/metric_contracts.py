@@ -11,9 +11,9 @@ import numpy as np
 
 from softmark.interpreter.cli.conformance import Breach
 from softmark.interpreter.language import units
-from softmark.interpreter.metrics.curve_geometry import Course, Curve
-from softmark.interpreter.metrics.measurement import Known, Measurement, Number, Seen
-from softmark.interpreter.metrics.metric_evaluation import measured_by
+from softmark.interpreter.metrics.curve_geometry import Curve, MetricCurve
+from softmark.interpreter.metrics.measurement import Measurement, MetricInput, MetricNumber, ReferenceData
+from softmark.interpreter.metrics.metric_evaluation import measure_metric
 from softmark.interpreter.metrics.undefined_metric import Undefined
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.results.reaction_results import AtRest, Reaction
@@ -34,7 +34,7 @@ def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
     `metric` is one of the class, `case` any case of a body.
     """
     try:
-        units.parse(metric.unit)
+        units.parse_unit(metric.unit)
     except units.UnitError as error:
         yield Breach(f"its unit is {metric.unit!r}: {error}", 'units are as in scenes: "m", "1", "N*m"')
     names = {f.name for f in dataclasses.fields(cls)}
@@ -54,17 +54,17 @@ def of_metric(cls: type[Any], metric: Any, case: Case) -> Iterator[Breach]:
                      "an error is nothing where both are alike, and more elsewhere")  # fmt: skip
 
 
-def _seen(case: Case, against: bool) -> Iterator[Seen]:
+def _seen(case: Case, against: bool) -> Iterator[MetricInput]:
     """A line that bends, beside nothing; or beside itself and beside one that bends half as much again."""
     X = np.array([[x, 0.0, 0.0] for x in np.linspace(0.0, 0.04, 6)])
     u = np.outer(np.linspace(0.0, 1e-3, 6), [0.0, 0.0, -1.0])
     truths = [_truth(X, u, share) for share in (1.0, 1.5)] if against else [None]
-    course, own = Course(X[:, 0], u[:, 2], ("m", "m")), Number(float(u[-1, 2]), "m")
+    course, own = MetricCurve(X[:, 0], u[:, 2], ("m", "m")), MetricNumber(float(u[-1, 2]), "m")
     for truth in truths:
-        yield Seen("m", case, X.copy(), u.copy(), known=truth, at_rest=at_rest(1.0), curve=course, number=own)
+        yield MetricInput("m", case, X.copy(), u.copy(), known=truth, at_rest=at_rest(1.0), curve=course, number=own)
 
 
-def _truth(X: Any, u: Any, share: float) -> Known:
+def _truth(X: Any, u: Any, share: float) -> ReferenceData:
     """What is known of a line, all of it times a share."""
     v = share * u
 
@@ -72,13 +72,13 @@ def _truth(X: Any, u: Any, share: float) -> Known:
         return np.interp(Y[:, 0], X[:, 0], v[:, 2])[:, None] * [0.0, 0.0, 1.0]
 
     curve, value = Curve(X[:, 0], v[:, 2], 0.1 * u[:, 2]), KnownValue(float(v[-1, 2]), 1e-5, "a table")
-    return Known("truth", v, displacement, at_rest=at_rest(share), curve=curve, value=value)
+    return ReferenceData("truth", v, displacement, at_rest=at_rest(share), curve=curve, value=value)
 
 
-def _measured(metric: Any, seen: Seen) -> Any:
+def _measured(metric: Any, seen: MetricInput) -> Any:
     """What it makes of what it sees; what it raises is a value, too."""
     try:
-        return measured_by(metric, seen)
+        return measure_metric(metric, seen)
     except Undefined as why:
         return why if why.__cause__ is None else why.__cause__
     except Exception as error:

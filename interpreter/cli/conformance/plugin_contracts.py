@@ -13,7 +13,7 @@ from typing import Any
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.cli.conformance import Breach
 from softmark.interpreter.language.field_schema import Constructor, Vocabulary
-from softmark.interpreter.language.plugin_words import Plugin, told
+from softmark.interpreter.language.plugin_words import Plugin, format_exception
 from softmark.interpreter.validation.constructor_registry import vocabulary_with
 from softmark.records import dataclass
 
@@ -76,7 +76,7 @@ def _kept(made: Any) -> list[Breach]:
         with redirect_stdout(stderr):
             return list(made())
     except Exception as error:
-        return [Breach(f"trying it stops: {told(error)}", "refuse what it does not take, in words")]
+        return [Breach(f"trying it stops: {format_exception(error)}", "refuse what it does not take, in words")]
 
 
 def _source(plugin: Plugin) -> Source:

@@ -18,7 +18,7 @@ from softmark.interpreter.cli.conformance.word_contracts import of_text
 from softmark.interpreter.help.constructor_examples import example
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.field_schema import Constructor
-from softmark.interpreter.language.plugin_words import blamed, told
+from softmark.interpreter.language.plugin_words import find_faulty_plugin, format_exception
 from softmark.interpreter.problem.body_case import Fault, case_for, case_of
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
 from softmark.interpreter.validation.scene_loader import checked
@@ -90,7 +90,7 @@ def of_trial(trial: Trial) -> Iterator[Breach]:
     try:
         found += _KINDS[trial.word.kind](trial)
     except Exception as error:
-        what = blamed(error) or told(error)
+        what = find_faulty_plugin(error) or format_exception(error)
         found.append(Breach(f"a scene with it stops: {what}", "refuse what it does not take, in words"))
     yield from found
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from softmark.grammar.diagnostic import all_visible, encodable
 from softmark.interpreter.help.diagnostic_formats import Told
 from softmark.interpreter.help.diagnostic_formats.repository_locations import located, path_of, unique, words
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 
 if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import Report
@@ -48,7 +48,7 @@ def of_report(report: Report) -> str:
     for e in report.expectations:
         if e.left_out or e.passed:
             continue
-        found = "" if e.value is None else f"found {quantity(e.value, e.unit, 4, percent=True)}"
+        found = "" if e.value is None else f"found {format_quantity(e.value, e.unit, 4, percent=True)}"
         message = "; ".join(filter(None, (e.text, e.reason, found)))
         title = "expectation not met" if e.passed is False else "expectation not judged"
         lines.append(command("error", place | {"line": e.line, "title": title}, message))

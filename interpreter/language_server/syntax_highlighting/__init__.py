@@ -1,7 +1,7 @@
-"""Colours and settings for editors, made of the vocabulary when they are asked for: by `dsl editor`, and by Pygments.
+"""Syntax highlighting and settings for editors and Pygments, generated from the vocabulary for `dsl editor`.
 
-`EDITORS` has a module for each editor. One has `TITLE`, `files()`, what is written by name, and `install(folder)`, what
-to do with it. To add an editor: its module, and a line here.
+`EDITORS` has a module for each editor, with its `TITLE`, `files()` (contents by file name) and `install(folder)`
+(installation instructions). To add an editor: write its module, and a line here.
 """
 
 EDITORS = {

@@ -1,4 +1,4 @@
-"""Emacs: a mode with colours, and the language server by eglot, which comes with Emacs 29."""
+"""Emacs mode with highlighting and the language server (eglot, included in Emacs 29)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FILE = "softmark-mode.el"
 
 
 def files() -> dict[str, bytes]:
-    """One library: the file beside this one, with the words of each role in place of `@role@`."""
+    """Return the Emacs library: the template in this folder with the words of each role in place of `@role@`."""
     text = Path(__file__).with_name(FILE).read_text(encoding="utf-8")
     for role, own in asdict(words()).items():
         text = text.replace(f"@{role}@", " ".join(f'"{word}"' for word in own))
@@ -20,7 +20,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Where it goes."""
+    """Return the installation instructions."""
     return (
         f'Add to your init file: (load "{folder.resolve() / FILE}")\n'
         '`M-x eglot` in a scene starts the language server: pip install "softmark[lsp]"'

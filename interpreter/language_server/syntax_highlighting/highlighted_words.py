@@ -1,4 +1,4 @@
-"""The words that editors colour: all of them from the grammar and from the tables of constructors."""
+"""Words that editors highlight, from the grammar and the tables of constructors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COORDINATES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Words:
-    """What each word is; every list is sorted."""
+    """Words by role, each list sorted."""
 
     reserved: list[str]
     kinds: list[str]
@@ -23,7 +23,7 @@ class Words:
 
 @cache
 def words() -> Words:
-    """Those of the language, without plugins."""
+    """Return the words of the language, without plugins."""
     from softmark.grammar.parse_table import reserved
     from softmark.interpreter.help.reserved_words import CALLS, PLAIN
     from softmark.interpreter.help.word_pages import constructors
@@ -37,5 +37,5 @@ def words() -> Words:
 
 
 def either(names: list[str]) -> str:
-    """A regular expression of one of several words, the longest first."""
+    """Return a regular expression that matches one of several words, the longest first."""
     return "|".join(sorted(names, key=lambda name: (-len(name), name)))

@@ -1,4 +1,4 @@
-"""Kate, KDevelop and what else takes syntax files of KSyntaxHighlighting; and the language server in Kate."""
+"""Syntax file for Kate, KDevelop and other users of KSyntaxHighlighting, and the language server in Kate."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ STYLES = {  # what a style is called, and the default style that it looks as
 
 
 def files() -> dict[str, bytes]:
-    """The syntax, and the settings of Kate's plugin for language servers."""
+    """Return the syntax file, and the settings of Kate's plugin for language servers."""
     server = {"servers": {"softmark": {"command": ["dsl", "lsp"], "highlightingModeRegex": "^softmark scene$"}}}
     return {SYNTAX: syntax(), SERVER: (json.dumps(server, indent=2) + "\n").encode()}
 
 
 def install(folder: Path) -> str:
-    """Where they go."""
+    """Return the installation instructions."""
     return (
         f"cp {folder / SYNTAX} ~/.local/share/org.kde.syntax-highlighting/syntax/\n"
         f"The language server: put what {folder / SERVER} says into Settings, LSP Client, User Server Settings."
@@ -32,7 +32,7 @@ def install(folder: Path) -> str:
 
 
 def syntax() -> bytes:
-    """The syntax as XML."""
+    """Return the syntax as XML."""
     own = words()
     root = Xml.Element("language", name="softmark scene", section="Scientific", version="1", kateversion="5.62",
                        extensions="*.scene", mimetype="text/x-softmark-scene", license="Apache-2.0")  # fmt: skip
@@ -57,7 +57,7 @@ def syntax() -> bytes:
 
 
 def _contexts(contexts: Xml.Element) -> None:
-    """Where rules are tried: at the start, behind a kind, behind a number, and in a text."""
+    """Add the contexts in which rules apply: at the start, after a kind, after a number, and in a text."""
 
     def rule(into: Xml.Element, tag: str, style: str, **given: str) -> None:
         Xml.SubElement(into, tag, {"attribute": style, "context": "#stay", **given})

@@ -1,4 +1,4 @@
-"""Neovim: what Vim has, and the language server."""
+"""Neovim runtime folder: the files of Vim, and the language server."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ vim.api.nvim_create_autocmd('FileType', {
 
 
 def files() -> dict[str, bytes]:
-    """A runtime folder."""
+    """Return the files of a runtime folder."""
     return {**vim_syntax.files(), "lsp/softmark.lua": SERVER.encode(), "plugin/softmark.lua": START.encode()}
 
 
 def install(folder: Path) -> str:
-    """Where it goes."""
+    """Return the installation instructions."""
     return f'cp -r {folder}/. ~/.config/nvim/\nThe language server is that of `dsl`: pip install "softmark[lsp]"'

@@ -1,4 +1,4 @@
-"""Lexers of Pygments, by its entry point `pygments.lexers`: for Sphinx, IPython, LaTeX (minted) and others."""
+"""Pygments lexers, by its entry point `pygments.lexers`: for Sphinx, IPython, LaTeX (minted) and others."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ TOKENS = {
 
 
 class SceneLexer(Lexer):  # type: ignore[misc]
-    """Scenes."""
+    """Lexer of scenes."""
 
     name = "softmark scene"
     aliases = ("scene", "softmark")
@@ -38,7 +38,7 @@ class SceneLexer(Lexer):  # type: ignore[misc]
     url = "https://pypi.org/project/softmark"
 
     def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, Any, str]]:
-        """Places, kinds and texts of all that a text is made of."""
+        """Yield offset, token type and text of each part."""
         end = 0
         for part in parts(text):
             if part.start > end:
@@ -50,7 +50,7 @@ class SceneLexer(Lexer):  # type: ignore[misc]
 
 
 class MessageLexer(RegexLexer):  # type: ignore[misc]
-    """What `dsl` says of a scene: messages with their place, cause and remedy."""
+    """Lexer of messages of `dsl` about a scene, with their place, cause and remedy."""
 
     name = "softmark messages"
     aliases = ("softmark-messages",)

@@ -1,4 +1,4 @@
-"""The TextMate grammar: for VS Code, Sublime Text, JetBrains, GitHub and others. Its expressions are Oniguruma's."""
+"""TextMate grammar with Oniguruma expressions, for VS Code, Sublime Text, JetBrains, GitHub and others."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ FILE = "scene.tmLanguage.json"
 
 
 def files() -> dict[str, bytes]:
-    """The grammar as JSON."""
+    """Return the grammar as JSON."""
     return {FILE: (json.dumps(grammar(), indent=2, ensure_ascii=False) + "\n").encode()}
 
 
 def install(folder: Path) -> str:
-    """Where it goes."""
+    """Return the installation instructions."""
     return (
         f"Sublime Text: copy {folder / FILE} to its folder Packages/User.\n"
         "JetBrains: unpack the .vsix of `dsl editor vscode`, and add its folder `extension` to its TextMate bundles."
@@ -26,7 +26,7 @@ def install(folder: Path) -> str:
 
 
 def grammar() -> dict[str, Any]:
-    """Patterns in the order in which they are tried."""
+    """Return the patterns in the order in which they are tried."""
     own = words()
     factor = r"(?:%|°?[[:alpha:]µμ]\w*)(?:\^[+-]?\d+(?:\.\d+)?)?"
     more = r"[*/·](?:\([\w*/^·-]+\)|[[:alpha:]µμ]\w*(?:\^[+-]?\d+(?:\.\d+)?)?)(?![\w(])"

@@ -1,4 +1,4 @@
-"""A scene cut into words with the role of each, by the lexer of the language itself."""
+"""Division of a scene into words with the role of each, by the lexer of the language."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BRACKETS = {"LPAR", "RPAR", "LSQB", "RSQB", "COMMA"}
 
 
 class Part(NamedTuple):
-    """A piece of a text, and what it is."""
+    """Piece of a text with its role."""
 
     start: int
     text: str
@@ -21,7 +21,7 @@ class Part(NamedTuple):
 
 
 def parts(text: str) -> list[Part]:
-    """All words and comments, in order; what no scene has is an `error`. Blanks are left out."""
+    """Return all words and comments in order, without blanks; invalid characters have the role `error`."""
     lexed = lex(text)
     comments = [Part(c.span.start, c.text, "comment") for c in lexed.comments]
     return sorted([*comments, *_words(lexed.tokens)])

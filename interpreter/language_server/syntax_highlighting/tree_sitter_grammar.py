@@ -1,4 +1,4 @@
-"""A grammar of tree-sitter, for Neovim, Helix, Zed and others: its JSON as tree-sitter takes it, and the colours."""
+"""Tree-sitter grammar as JSON with highlighting queries, for Neovim, Helix, Zed and others."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ TITLE = "a grammar of tree-sitter with queries, for Helix, Neovim and Zed"
 
 
 def files() -> dict[str, bytes]:
-    """The grammar, the queries, and what tree-sitter wants to know of both."""
+    """Return the grammar, the queries, and tree-sitter's configuration of both."""
     about = {
         "grammars": [{"name": "softmark", "scope": "source.softmark", "path": ".", "file-types": ["scene"],
                       "highlights": "queries/highlights.scm"}],
@@ -26,7 +26,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """What makes a parser of it."""
+    """Return the instructions to generate the parser."""
     return f"In {folder}: tree-sitter generate src/grammar.json, then tree-sitter build; queries/ are the colours."
 
 
@@ -34,59 +34,59 @@ Node = dict[str, Any]  # a rule, as tree-sitter writes one in JSON
 
 
 def seq(*members: Node) -> Node:
-    """One after another."""
+    """Return the rule of a sequence."""
     return {"type": "SEQ", "members": list(members)}
 
 
 def choice(*members: Node) -> Node:
-    """One of several."""
+    """Return the rule of a choice of one member."""
     return members[0] if len(members) == 1 else {"type": "CHOICE", "members": list(members)}
 
 
 def maybe(member: Node) -> Node:
-    """One or none."""
+    """Return the rule of an optional member."""
     return choice(member, {"type": "BLANK"})
 
 
 def rule(name: str) -> Node:
-    """Another rule."""
+    """Return a reference to another rule."""
     return {"type": "SYMBOL", "name": name}
 
 
 def text(value: str) -> Node:
-    """A fixed text."""
+    """Return the rule of a fixed text."""
     return {"type": "STRING", "value": value}
 
 
 def word(value: str) -> Node:
-    """A reserved word, which behind a number could be a unit: there it is taken with the blanks around it."""
+    """Return the rule of a reserved word with the blanks around it, which separate it from a unit after a number."""
     first = {"type": "PREC", "value": 1, "content": pattern(rf"[ \t]+{value}[ \t]+")}
     spaced = {"type": "IMMEDIATE_TOKEN", "content": first}
     return choice(text(value), {"type": "ALIAS", "content": spaced, "named": False, "value": value})
 
 
 def pattern(value: str) -> Node:
-    """A regular expression."""
+    """Return the rule of a regular expression."""
     return {"type": "PATTERN", "value": value}
 
 
 def many(member: Node) -> Node:
-    """Any number of it."""
+    """Return the rule of any number of repetitions."""
     return {"type": "REPEAT", "content": member}
 
 
 def named(name: str, member: Node) -> Node:
-    """A field of a node."""
+    """Return the rule of a member that becomes a named field of its node."""
     return {"type": "FIELD", "name": name, "content": member}
 
 
 def left(level: int, *members: Node) -> Node:
-    """One after another; of two that compete the higher level wins."""
+    """Return the rule of a left-associative sequence; of two that compete the higher level wins."""
     return {"type": "PREC_LEFT", "value": level, "content": seq(*members)}
 
 
 def listed(member: Node) -> Node:
-    """Some, with commas between, and perhaps one behind the last."""
+    """Return the rule of a list separated by commas, with an optional comma after the last member."""
     return maybe(seq(member, many(seq(text(","), member)), maybe(text(","))))
 
 
@@ -95,7 +95,7 @@ UNARY = {"not": 3, "+": 7, "-": 7}
 
 
 def grammar() -> Node:
-    """The language of `grammar/scene.lark`; line ends do not count, which no scene can tell."""
+    """Return the grammar of `grammar/scene.lark`; line ends are ignored, since no scene depends on them."""
     factor = pattern(r"(%|°?[\p{L}]\w*)(\^[+-]?[0-9]+(\.[0-9]+)?)?")
     product = many(seq(pattern(r"[*/·]"), factor))
     below = seq(text("("), factor, product, text(")"))  # `J/(kg*K)`
@@ -146,7 +146,7 @@ def grammar() -> Node:
 
 
 def queries() -> str:
-    """What has which colour; the last that fits counts."""
+    """Return the highlighting queries; the last that matches counts."""
     own = words()
 
     def one_of(names: list[str]) -> str:

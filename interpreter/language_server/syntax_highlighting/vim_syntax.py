@@ -1,4 +1,4 @@
-"""Vim: colours, and the settings of a buffer with a scene."""
+"""Vim runtime folder: highlighting, and the settings of a buffer with a scene."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if executable('dsl') | setlocal formatprg=dsl\\ fmt\\ - | endif
 
 
 def files() -> dict[str, bytes]:
-    """A runtime folder."""
+    """Return the files of a runtime folder."""
     return {
         "ftdetect/scene.vim": DETECT.encode(),
         "ftplugin/scene.vim": SETTINGS.encode(),
@@ -29,12 +29,12 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """Where it goes."""
+    """Return the installation instructions."""
     return f"cp -r {folder}/. ~/.vim/\n`:make` then checks the scene, and `gqG` from its first line formats it."
 
 
 def syntax() -> str:
-    """The colours. Words of a role are matched by their place, for any of them may also be a name."""
+    """Return the highlighting rules; words of a role are matched by position, since any of them may also be a name."""
     own = words()
     reserved = "|".join(own.reserved)
     factor = r"(\%|°?[[:alpha:]µμ]\w*)(\^[+-]?\d+(\.\d+)?)?"

@@ -1,4 +1,4 @@
-"""VS Code and what takes its extensions (VSCodium, Cursor, code-server, Theia): a `.vsix`, written without Node."""
+"""Extension for VS Code and compatible editors (VSCodium, Cursor, code-server, Theia): a `.vsix`, written without Node."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # so that the same sources give the same file
 
 
 def files() -> dict[str, bytes]:
-    """The extension, as one file."""
+    """Return the extension as one file."""
     into = BytesIO()
     with ZipFile(into, "w", ZIP_DEFLATED) as archive:
         for name, content in contents().items():
@@ -30,7 +30,7 @@ def files() -> dict[str, bytes]:
 
 
 def install(folder: Path) -> str:
-    """How it is installed."""
+    """Return the installation instructions."""
     return (
         f"code --install-extension {folder / FILE}    (codium, cursor and code-server take it alike)\n"
         'The language server is that of `dsl`: pip install "softmark[lsp]"\n'
@@ -40,7 +40,7 @@ def install(folder: Path) -> str:
 
 
 def contents() -> dict[str, bytes]:
-    """The files of the archive."""
+    """Return the files of the archive."""
     made = {
         "[Content_Types].xml": _TYPES,
         "extension.vsixmanifest": _manifest(),
@@ -67,7 +67,7 @@ CONFIGURATION = {
 
 
 def package() -> dict[str, Any]:
-    """What the extension is and what it contributes."""
+    """Return the extension's package.json: its description and its contributions."""
     where = "The command of softmark, with its path where it is not on the path of programs."
     command = {"type": "string", "default": "dsl", "scope": "machine-overridable", "description": where}
     files = (

@@ -23,11 +23,18 @@ from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared
 from softmark.interpreter.problem.axial_selection import coverage
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.interpreter.vocabulary.load_words import (
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    SurfaceTraction,
+    TendonLoad,
+)
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodSection, RodStiffness, VaryingStiffness
 from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
@@ -90,7 +97,7 @@ class PreparedBeam(Meshless):
         found = equilibrium(problem) if put is None else of_rod(put, problem, self.rest)
         if not self.elastic.stiffness.rigid:
             return found
-        stiff = problem.assembly.with_internal([self.elastic.tightened(found.x)])
+        stiff = problem.assembly.with_internal([self.elastic.with_multipliers(found.x)])
         solved.append(stiff)
         still = np.zeros_like(problem.target)
         again = equilibrium(replace(problem, assembly=stiff, rest=found.x, target=still, path="load", way=None))
@@ -121,7 +128,7 @@ class PreparedBeam(Meshless):
 
     def _pressed(self, x: Floats) -> tuple[Diagnostic, ...]:
         """Warnings where tendons pull their guides together."""
-        if not any(isinstance(load.thing.action, Routed) for load, _ in self.applied):
+        if not any(isinstance(load.thing.action, TendonLoad) for load, _ in self.applied):
             return ()
         from softmark.interpreter.models.beam.beam_tendons import pressed
 
@@ -137,7 +144,7 @@ def _solve_one_segment() -> None:
     """One of a metre, held at its root, under a force that hardly bends it: once in a process."""
     rest, fixed = rod_at_rest(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), np.arange(6)
     elastic = RodElastic(rest, chain(2), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
-    assembly = Assembly(12, fixed, [elastic], [RodLoad(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
+    assembly = Assembly(12, fixed, [elastic], [RodForces(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
     space = RodChain(rest, np.array([[True] * 3, [False] * 3]))
     equilibrium(Statics(assembly, space, rest, fixed, np.zeros(6), bold=False))
 
@@ -219,61 +226,61 @@ def _loads(case: Case, rest: Floats, stations: Floats) -> tuple[tuple[Declared, 
 def _together(applied: Sequence[tuple[Declared, Energy]], rest: Floats) -> list[Energy]:
     """All of them, forces at nodes in one, and tendons in another."""
     found = [energy for _, energy in applied]
-    forces = sum((e.forces for e in found if isinstance(e, RodLoad)), np.zeros((rest.size // 7, 3)))
-    others = [e for e in found if not isinstance(e, RodLoad)]
-    if not any(isinstance(load.thing.action, Routed) for load, _ in applied):
-        return [RodLoad(rest, forces), *others]
+    forces = sum((e.forces for e in found if isinstance(e, RodForces)), np.zeros((rest.size // 7, 3)))
+    others = [e for e in found if not isinstance(e, RodForces)]
+    if not any(isinstance(load.thing.action, TendonLoad) for load, _ in applied):
+        return [RodForces(rest, forces), *others]
     from softmark.solvers.energies.rod_tendons import RodTendons
 
     tendons = [e for e in others if isinstance(e, RodTendons)]
     one = [reduce(RodTendons.joined, tendons)] if tendons else []
-    return [RodLoad(rest, forces), *(e for e in others if not isinstance(e, RodTendons)), *one]
+    return [RodForces(rest, forces), *(e for e in others if not isinstance(e, RodTendons)), *one]
 
 
 def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
     """One load: forces at nodes, what turns the section of one, or a tendon."""
     match load.thing.action:
-        case Routed() as action:
+        case TendonLoad() as action:
             from softmark.interpreter.models.beam.beam_tendons import tendon
 
             return tendon(case, action, rest, stations)
-        case Turning(where=where, moment=moment):
+        case MomentLoad(where=where, moment=moment):
             from softmark.solvers.energies.rod_loads import RodMoments
 
             node = 0 if coverage(where, case.prism, 0.0) == "all" else len(stations) - 1
             return RodMoments(np.array([node]), np.array([moment]))
-        case AtPoint(at=at, force=force) if station(case, at) is None:
+        case PointLoad(at=at, force=force) if station(case, at) is None:
             from softmark.solvers.energies.rod_loads import RodArms
 
             node = int(np.abs(stations - (beside(case, at) or 0.0)).argmin())
             x = rest.reshape(-1, 7)[node]
             arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]
             return RodArms(rest, np.array([node]), arm[None], np.array([force]))
-    return RodLoad(rest, _forces(case, load, rest, stations))
+    return RodForces(rest, _forces(case, load, rest, stations))
 
 
 def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Floats:
     """Of one load, at the nodes (n, 3), N."""
     shape, forces = case.prism, np.zeros((len(stations), 3))
     match load.thing.action:
-        case PerMass(acceleration=g):
+        case BodyForce(acceleration=g):
             if shape.tapered:
                 areas = at_nodes(shape, stations, lambda section: [section.area])
                 weights: Floats = areas * case.material.density * np.array(g)
                 return weights
             w = case.material.density * shape.section.area * np.array(g)
             if isinstance(shape, Prism):
-                return RodLoad.uniform(rest, chain(len(stations)), w).forces
+                return RodForces.uniform(rest, chain(len(stations)), w).forces
             half = 0.5 * np.diff(stations)[:, None] * w  # of the arc: its chords are shorter
             forces[:-1] += half
             forces[1:] += half
-        case PerArea(where=where, traction=traction):
+        case SurfaceTraction(where=where, traction=traction):
             node = 0 if coverage(where, shape, 0.0) == "all" else -1
             forces[node] = shape.section_at(stations[node]).area * np.array(traction)
-        case AtPoint(at=at, force=force):
+        case PointLoad(at=at, force=force):
             nodes, shares = of_force(station(case, at) or 0.0, force, stations)
             forces[nodes] = shares
-        case PerLength(begin=begin, end=end, force=q):
+        case LineForce(begin=begin, end=end, force=q):
             ends = sorted(station(case, p) or 0.0 for p in (begin, end))
             forces += np.outer(of_line(ends[0], ends[1], stations), q)
         case unknown:  # refused when a scene is checked

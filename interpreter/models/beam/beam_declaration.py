@@ -14,7 +14,15 @@ from softmark.interpreter.problem.axial_selection import borders, coverages, end
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, Follower, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.interpreter.vocabulary.load_words import (
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    PressureLoad,
+    SurfaceTraction,
+    TendonLoad,
+)
 from softmark.records import dataclass
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Cone
@@ -52,7 +60,15 @@ class Beam6Dof(Model):
     Source: Simo (1985); Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); Brüls and Cardona (2010).
     """
 
-    loads = (PerMass, PerArea, Follower, Turning, AtPoint, PerLength, Routed)  # of which `_unfit` says more
+    loads = (
+        BodyForce,
+        SurfaceTraction,
+        PressureLoad,
+        MomentLoad,
+        PointLoad,
+        LineForce,
+        TendonLoad,
+    )  # of which `_unfit` says more
     recovers = True
     remembers = True
     sectional = True
@@ -94,11 +110,11 @@ class Beam6Dof(Model):
     def _between(self, load: Declared, case: Case) -> str:
         """Why what turns a section cannot do that here, or nothing."""
         action = load.thing.action
-        if isinstance(action, Routed) and action.guides is None:
+        if isinstance(action, TendonLoad) and action.guides is None:
             return self._wound(case, action)
-        if isinstance(action, Routed):
+        if isinstance(action, TendonLoad):
             places, what = guides(case, action), "guided"
-        elif isinstance(action, AtPoint) and station(case, action.at) is None:
+        elif isinstance(action, PointLoad) and station(case, action.at) is None:
             places, what = [beside(case, action.at) or 0.0], "beside the axis"
         else:
             return ""
@@ -106,7 +122,7 @@ class Beam6Dof(Model):
         near = all(any(abs(s - place) <= slack for s in nodes) for place in places)
         return "" if near else f"{what} where no node can be put: use more segments"
 
-    def _wound(self, case: Case, action: Routed) -> str:
+    def _wound(self, case: Case, action: TendonLoad) -> str:
         """Why segments do not see how a tendon winds, each of which looks where its middle is; or nothing."""
         ends, nodes = guides(case, action), self.stations(case)
         longest = max(b - a for a, b in pairwise(nodes))
@@ -266,9 +282,9 @@ def _turns_free(case: Case, support: Declared) -> bool:
 
 def _place(action: Any, case: Case) -> str:
     """The field that says where a load acts; of a tendon that goes beyond one end, that end."""
-    if isinstance(action, Routed):
+    if isinstance(action, TendonLoad):
         return "to" if beside(case, action.end) is None and beside(case, action.begin) is not None else "from"
-    return {AtPoint: "at", PerLength: "from"}.get(type(action), "where")
+    return {PointLoad: "at", LineForce: "from"}.get(type(action), "where")
 
 
 def _aligned(axis: tuple[float, ...]) -> bool:
@@ -278,22 +294,22 @@ def _aligned(axis: tuple[float, ...]) -> bool:
 def _unfit(load: Declared, case: Case) -> str:
     """Why a beam cannot carry a load, or nothing."""
     match load.thing.action:
-        case PerMass():
+        case BodyForce():
             return ""
-        case AtPoint(at=at):
+        case PointLoad(at=at):
             return "" if station(case, at) is not None or beside(case, at) is not None else "not in the beam"
-        case PerLength(begin=begin, end=end):
+        case LineForce(begin=begin, end=end):
             if begin == end:
                 return "a line without a length"
             on = station(case, begin) is not None and station(case, end) is not None
             return "" if on else "not along the axis of the beam"
-        case Routed(begin=begin, end=end):
+        case TendonLoad(begin=begin, end=end):
             first, last = beside(case, begin), beside(case, end)
             if first is None or last is None:
                 return "beyond the ends of the beam"
             slack = 1e-6 * case.prism.length
             return "" if abs(first - last) > slack else "a tendon that does not run along the beam"
-        case PerArea(where=where) | Turning(where=where):
+        case SurfaceTraction(where=where) | MomentLoad(where=where):
             return "" if end_of(where, case.prism) is not None else "not on one whole end face"
     return "not a load of beam theory"
 
@@ -301,12 +317,12 @@ def _unfit(load: Declared, case: Case) -> str:
 def _arms(case: Case) -> set[float]:
     """Where eccentric forces act and tendons end, m from the root."""
     actions = [load.thing.action for load in case.loads]
-    points = [a.at for a in actions if isinstance(a, AtPoint) and station(case, a.at) is None]
+    points = [a.at for a in actions if isinstance(a, PointLoad) and station(case, a.at) is None]
     places = {s for s in (beside(case, p) for p in points) if s is not None}
-    return places | {s for a in actions if isinstance(a, Routed) for s in guides(case, a)}
+    return places | {s for a in actions if isinstance(a, TendonLoad) for s in guides(case, a)}
 
 
-def guides(case: Case, action: Routed) -> list[float]:
+def guides(case: Case, action: TendonLoad) -> list[float]:
     """Where a tendon is guided, m from the root: its ends and what is between; nowhere if one is beyond the beam."""
     first, last = beside(case, action.begin), beside(case, action.end)
     if first is None or last is None:

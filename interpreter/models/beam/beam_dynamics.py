@@ -17,14 +17,14 @@ from softmark.interpreter.models.shared.solid_dynamics import (
     velocity,
 )
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import Routed
-from softmark.interpreter.vocabulary.load_words import Turning as Torque
+from softmark.interpreter.vocabulary.load_words import MomentLoad as Torque
+from softmark.interpreter.vocabulary.load_words import TendonLoad
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.rotational_inertia import Chart, Turning
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.geometrically_exact_rod import RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodForces
 from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
@@ -142,9 +142,9 @@ def dynamics(
 
 def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
     """A load of the rod at rest."""
-    if isinstance(energy, RodLoad):
+    if isinstance(energy, RodForces):
         return DeadRodLoad(energy.forces)
-    if isinstance(load.thing.action, Routed):
+    if isinstance(load.thing.action, TendonLoad):
         from softmark.interpreter.models.beam.beam_tendons import in_motion
 
         return in_motion(energy, chart)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import PerLength, PerMass
+from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce
 from softmark.records import dataclass
 from softmark.solvers.energies.rod_rotation import between, rotation
 from softmark.solvers.mesh.mesh import Floats
@@ -139,16 +139,16 @@ def _samples(shape: Swept, stations: Floats) -> Floats:
 
 
 def lines_on(
-    case: Case, shape: Swept, stations: Floats, covers: Callable[[PerLength], tuple[float, float] | None]
+    case: Case, shape: Swept, stations: Floats, covers: Callable[[LineForce], tuple[float, float] | None]
 ) -> Floats:
     """What acts along each element (k - 1, 3), N/m: gravity, and lines of force where `covers` says they go."""
     middle, found = 0.5 * (stations[1:] + stations[:-1]), np.zeros((len(stations) - 1, 3))
     for load in case.loads:
         match load.thing.action:
-            case PerMass(acceleration=g):
+            case BodyForce(acceleration=g):
                 areas = np.array([shape.section_at(s).area for s in middle.tolist()])
                 found += case.material.density * areas[:, None] * np.array(g)
-            case PerLength(force=q) as line if (ends := covers(line)) is not None:
+            case LineForce(force=q) as line if (ends := covers(line)) is not None:
                 low, high = (np.clip(s, stations[:-1], stations[1:]) for s in sorted(ends))
                 found += ((high - low) / np.diff(stations))[:, None] * np.array(q)
     return found

@@ -11,7 +11,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import Routed
+from softmark.interpreter.vocabulary.load_words import TendonLoad
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_state import chain
@@ -38,7 +38,7 @@ def pressed(declared: Declared, applied: Sequence[tuple[Declared, Energy]], x: F
     return tuple(found)
 
 
-def tendon(case: Case, action: Routed, rest: Floats, stations: Floats) -> Energy:
+def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> Energy:
     """The energy of a tendon over a rod with nodes at stations (n,), m."""
     begin, end = sorted(case.prism.own(p) for p in (action.begin, action.end))
     first, last, span = np.array(begin[1:]), np.array(end[1:]), end[0] - begin[0]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerMass, Turning
+from softmark.interpreter.vocabulary.load_words import BodyForce, MomentLoad, PointLoad, SurfaceTraction
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed
 from softmark.solvers.mesh.shape import Prism
 
@@ -29,7 +29,7 @@ def refusals(declared: Declared, case: Case) -> list[Diagnostic]:
     if isinstance(case.analysis, Dynamic):
         found.append(_refused(declared, declared, "has no motion"))
     for load in case.loads:
-        if not isinstance(load.thing.action, PerMass | PerArea | AtPoint | Turning):
+        if not isinstance(load.thing.action, BodyForce | SurfaceTraction | PointLoad | MomentLoad):
             found.append(_refused(declared, load, f"does not take the load `{load.name}`"))
     for support in case.supports:
         if type(support.thing) not in (Fixed, Displaced):

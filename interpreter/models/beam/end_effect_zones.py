@@ -9,7 +9,7 @@ import numpy as np
 
 from softmark.interpreter.problem.axial_selection import coverage, whole
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, Routed, Turning
+from softmark.interpreter.vocabulary.load_words import LineForce, MomentLoad, PointLoad, SurfaceTraction, TendonLoad
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Swept, Vector3
@@ -46,11 +46,11 @@ def _places(case: Case, thing: Any) -> Iterator[tuple[str, Vector3]]:
     """Places on axes, m, with words for what is there."""
     for load in case.loads:
         match load.thing.action:
-            case AtPoint(at=at):
+            case PointLoad(at=at):
                 yield f"`{load.name}`", _axis_of(case, at)
-            case PerLength(begin=begin, end=end) | Routed(begin=begin, end=end):
+            case LineForce(begin=begin, end=end) | TendonLoad(begin=begin, end=end):
                 yield from ((f"an end of `{load.name}`", _axis_of(case, at)) for at in (begin, end))
-            case Turning(where=where) | PerArea(where=where):
+            case MomentLoad(where=where) | SurfaceTraction(where=where):
                 yield from ((f"`{load.name}`", at) for at in _taken(case, thing, where))
     for support in case.supports:
         yield from ((f"`{support.name}`", at) for at in _taken(case, thing, support.thing.where))

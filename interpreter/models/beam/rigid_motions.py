@@ -40,7 +40,7 @@ def free_motions(rows: Floats, centre: Floats, extent: float) -> list[str]:
         through = np.where(np.abs(through) < 1e-9 * extent, 0.0, through)
         pitch = float(motion[:3] @ motion[3:]) / float(motion[3:] @ motion[3:])
         turn = "turn" if abs(pitch) < ALIGNED else "screw"
-        place = units.show_all(through.tolist(), units.LENGTH) if np.any(through) else "(0, 0, 0) mm"
+        place = units.format_vector(through.tolist(), units.LENGTH) if np.any(through) else "(0, 0, 0) mm"
         named.append(f"{turn} about the axis through {place} along {_direction(axis)}")
     return named
 

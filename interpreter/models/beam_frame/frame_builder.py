@@ -21,11 +21,11 @@ from softmark.interpreter.models.shared import static_result
 from softmark.interpreter.models.shared.prepared_model import Meshless, Prepared, Solution, Workshop
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_joints import Jointed
 from softmark.solvers.energies.rod_section import VaryingStiffness
 from softmark.solvers.linear import factorisations
@@ -96,7 +96,7 @@ class PreparedNetwork(Meshless):
         return carried(self.problem, x, self.applied, float(energy), layout.X, now, layout.frames(x))
 
 
-def _stretch(network: Network, member: int, line: PerLength) -> tuple[float, float] | None:
+def _stretch(network: Network, member: int, line: LineForce) -> tuple[float, float] | None:
     """Where a line of force goes along a member, from 0: the stations of its ends, m; None of one along another."""
     own, first, last = frame_selection.line(network, line.begin, line.end) or (-1, 0.0, 0.0)
     return (first, last) if own == member else None
@@ -153,22 +153,22 @@ def _load(layout: Layout, load: Declared) -> Energy:
     """One load: forces at nodes, or what turns the section of one."""
     forces = np.zeros((len(layout.point), 3))
     match load.thing.action:
-        case Turning(where=where, moment=moment):
+        case MomentLoad(where=where, moment=moment):
             from softmark.solvers.energies.rod_loads import RodMoments
 
             node = int(layout.first[frame_selection.selected(where, layout.network)[0][0]])
             return RodMoments(np.array([node]), np.array([moment]))
-        case PerMass(acceleration=g):
+        case BodyForce(acceleration=g):
             for number, member in enumerate(layout.network.members):
                 areas = at_nodes(member, layout.stations(number), lambda section: [section.area])
                 forces[layout.nodes(number)] += areas * layout.case.material.density * np.array(g)
-        case AtPoint(at=at, force=force):
+        case PointLoad(at=at, force=force):
             number, s = frame_selection.at(layout.network, at) or (0, 0.0)
             nodes, shares = of_force(s, force, layout.stations(number))
             forces[layout.nodes(number)][nodes] += shares
-        case PerLength(begin=begin, end=end, force=q):
+        case LineForce(begin=begin, end=end, force=q):
             number, first, last = frame_selection.line(layout.network, begin, end) or (0, 0.0, 0.0)
             forces[layout.nodes(number)] += np.outer(of_line(first, last, layout.stations(number)), q)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no network knows a load that acts as {type(unknown).__name__}")
-    return RodLoad(layout.rest, forces)
+    return RodForces(layout.rest, forces)

@@ -12,7 +12,7 @@ from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.body_case import Fault
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Hinged
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import cross
@@ -46,7 +46,7 @@ class Frame6Dof(Model):
     Source: Simo and Vu-Quoc (1986, 1988); Crisfield and Jelenic (1999); joints as in Ibrahimbegovic and Mamouri (2000).
     """
 
-    loads = (PerMass, AtPoint, PerLength, Turning)
+    loads = (BodyForce, PointLoad, LineForce, MomentLoad)
     supports = (Fixed, Displaced, Hinged)
     wired = True
     sectional = True
@@ -96,15 +96,15 @@ def _loads(declared: Declared, case: Case, network: Network) -> Iterator[Diagnos
     """Errors for loads that no point or axis of the network takes."""
     for load in case.loads:
         match load.thing.action:
-            case AtPoint(at=at) if frame_selection.at(network, at) is None:
+            case PointLoad(at=at) if frame_selection.at(network, at) is None:
                 field, reason = "at", "beside the axes of its members"
-            case PerLength(begin=begin, end=end) if begin == end:
+            case LineForce(begin=begin, end=end) if begin == end:
                 field, reason = "from", "a line without a length"
-            case PerLength(begin=begin, end=end) if frame_selection.line(network, begin, end) is None:
+            case LineForce(begin=begin, end=end) if frame_selection.line(network, begin, end) is None:
                 field, reason = "from", "not along the axis of one member"
-            case Turning() if isinstance(case.analysis, Dynamic):
+            case MomentLoad() if isinstance(case.analysis, Dynamic):
                 field, reason = "where", "turns a section, which networks take at rest alone"
-            case Turning(where=where) if (count := _points(network, where)) != 1:
+            case MomentLoad(where=where) if (count := _points(network, where)) != 1:
                 many = "on more than one point"
                 field, reason = "where", many if count else "on no point where members begin or end"
             case _:

@@ -15,7 +15,7 @@ from softmark.interpreter.models.beam_frame.frame_layout import Layout
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodLoad
+from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.incremental_rotation.moving_rod_joints import JointChart, JointedInMotion
 from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, TurningRod
 
@@ -53,7 +53,7 @@ def moving(
 
 def _at_points(layout: Layout, energy: Energy) -> Floats:
     """Of dead forces on nodes those at the points (p, 3), N."""
-    assert isinstance(energy, RodLoad)  # what turns sections in motion is refused
+    assert isinstance(energy, RodForces)  # what turns sections in motion is refused
     found = np.zeros((layout.count, 3))
     np.add.at(found, layout.point, energy.forces)
     return found

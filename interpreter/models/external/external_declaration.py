@@ -12,7 +12,7 @@ from softmark.interpreter.models.external.external_program import Asked
 from softmark.interpreter.models.external.problem_transfer import Reason
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.models.shared.model_declaration import Model
-from softmark.interpreter.vocabulary.load_words import PerLength
+from softmark.interpreter.vocabulary.load_words import LineForce
 from softmark.records import dataclass
 from softmark.solvers.materials import MATERIALS
 
@@ -78,7 +78,7 @@ class Outside(Asked):
     remembers = True
     soaks = True
     finely = ("size",)
-    loads = (*Model.loads, PerLength)
+    loads = (*Model.loads, LineForce)
 
     program: Annotated[Word, "whose solver"]
     element: Annotated[str, "element", "the element, as of `fem(...)`: tet4, tet10, hex8, hex20 or hex27"]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.models.fem.fem_declaration import Fem
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Static
-from softmark.interpreter.vocabulary.load_words import Follower, Routed, Turning
+from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad, TendonLoad
 from softmark.solvers.materials import WORDS
 
 if TYPE_CHECKING:
@@ -128,7 +128,9 @@ def reasons_of_loads(model: Fem, case: Case) -> Iterator[Reason]:
     """Loads that follow the body."""
     for load in case.loads:
         action = load.thing.action
-        if isinstance(action, Routed) or (isinstance(action, Follower | Turning) and model.strain != "small"):
+        if isinstance(action, TendonLoad) or (
+            isinstance(action, PressureLoad | MomentLoad) and model.strain != "small"
+        ):
             yield f"load `{load.name}`", _DEAD
 
 

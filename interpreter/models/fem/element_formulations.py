@@ -181,9 +181,9 @@ def _around(made: Any, case: Case, mesh: Mesh, parts: Integration) -> Energy:
     """An energy of a slice as that of a body of revolution, where it is one."""
     if not case.depth:
         return made  # type: ignore[no-any-return]
-    from softmark.solvers.energies.axisymmetric import carried
+    from softmark.solvers.energies.axisymmetric import revolve_quadrature
 
-    hoop, w = carried(made, parts.N, mesh.points, case.depth)
+    hoop, w = revolve_quadrature(made, parts.N, mesh.points, case.depth)
     return replace(made, w=w, hoop=hoop)  # type: ignore[no-any-return]
 
 

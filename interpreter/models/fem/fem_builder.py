@@ -41,14 +41,14 @@ from softmark.solvers.assembly.elastic_energy_factory import elastic_energy, ela
 from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.elements import ELEMENTS, UnknownElement, sliced
 from softmark.solvers.energies import element_corotational
-from softmark.solvers.energies.elastic_energy import Elastic, Together
-from softmark.solvers.energies.element_corotational import ElementRotation
+from softmark.solvers.energies.elastic_energy import Elastic, EnergySum
+from softmark.solvers.energies.element_corotational import ElementCorotational
 from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.linear import factorisations, linear_solver
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.polar_decomposition import least_stretch, rotations
 from softmark.solvers.materials.st_venant_kirchhoff import StVenantKirchhoff
-from softmark.solvers.mesh.element_interpolation import Integration, integration
+from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
 from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.model_reduction.cell_energies import of_cells
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.models.shared.unsupported_bodies import Loose
     from softmark.solvers.contact.rigid_contact import Touching
-    from softmark.solvers.energies.elastic_foundation import Bedding
+    from softmark.solvers.energies.elastic_foundation import ElasticFoundation
     from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.static_equilibrium import Watch
 
@@ -88,7 +88,7 @@ class PreparedSolid(OnMesh):
     disturbance: Disturbance | None = None
     applied: tuple[tuple[Declared, Energy], ...] = ()  # every load by itself
     pieces: tuple[Piece, ...] = ()  # the cells of every material
-    beds: Mapping[str, Bedding] = field(default_factory=dict)  # springs that it lies on
+    beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
     contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
@@ -260,7 +260,7 @@ class PreparedSolid(OnMesh):
             diagnostic(
                 "W306",
                 self.declared.at("strain"),
-                f"`{self.declared.name}` took rotations of up to {units.show(angle, units.ANGLE)} for small ones",
+                f"`{self.declared.name}` took rotations of up to {units.format_value(angle, units.ANGLE)} for small ones",
                 "outside its range",
                 "its numbers are those of a model that does not apply",
             ),
@@ -272,7 +272,7 @@ AnyEnergy = TypeVar("AnyEnergy")
 
 def _one_cell(energy: AnyEnergy) -> AnyEnergy:
     """The first cell of an energy over a mesh: what compiles its kernels at no cost."""
-    if isinstance(energy, Together):
+    if isinstance(energy, EnergySum):
         return replace(energy, parts=tuple(_one_cell(part) for part in energy.parts))
     known: Any = energy  # one of the dataclasses of solvers/energies over cells
     one: AnyEnergy = replace(known, **of_cells(known, slice(0, 1)))
@@ -301,7 +301,7 @@ def at_rest(
 ) -> tuple[PreparedSolid, Integration]:
     """The static problem, and the integration over its mesh, or another of the same body. Raises Fault."""
     mesh = mesh_of(model, declared, case, workshop) if mesh is None else mesh
-    parts = integration(mesh)
+    parts = integrate_cells(mesh)
     elastic = elastic_of(case.plain, mesh, parts, model.strain)
     each = sampled(pieces(case, mesh, parts), model.formulation != "displacement")
     element_formulations.must_be_compressible(declared, each)
@@ -402,9 +402,9 @@ def elastic_of(case: Case, mesh: Mesh, parts: Integration, strain: str) -> Elast
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law_for(case.material, strain))
     if not case.depth:
         return elastic
-    from softmark.solvers.energies.axisymmetric import Revolved
+    from softmark.solvers.energies.axisymmetric import AxisymmetricElastic
 
-    return Revolved.of(elastic, parts.N, mesh.points, case.depth)
+    return AxisymmetricElastic.of(elastic, parts.N, mesh.points, case.depth)
 
 
 def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[Energy, Energy | None]:
@@ -421,22 +421,24 @@ def energies(model: Fem, case: Case, mesh: Mesh, parts: Integration) -> tuple[En
     return energy, elastic_energy(mesh, elastic, case.material, "corotational", selective)
 
 
-def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementRotation:
+def _element_rotation(model: Fem, case: Case, mesh: Mesh, elastic: Elastic) -> ElementCorotational:
     """One rotation for each cell, and its stiffness at rest, in full or selectively integrated."""
-    G, rest = element_corotational.mean(elastic.dNdX, elastic.w), np.eye(3)[None]
+    G, rest = element_corotational.mean_gradients(elastic.dNdX, elastic.w), np.eye(3)[None]
     parts = elastic_parts(mesh, elastic, case.material, "small", model.integration == "selective")
     K = np.sum([_at_rest(e, rest) for e in parts], axis=0)
-    return ElementRotation(mesh.points, mesh.cells, G, K, rotations)
+    return ElementCorotational(mesh.points, mesh.cells, G, K, rotations)
 
 
 def _at_rest(e: Elastic, rest: Floats) -> Floats:
     """The stiffness of each cell at rest (m, 3a, 3a), N/m: of each modulus, which is a weight where it varies."""
     if not e.varies:
-        return element_corotational.stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
+        return element_corotational.element_stiffness(e.dNdX, e.w, e.law.dPdF(rest)[0])
     law: Any = e.law
     unit = (replace(law.law, mu=1.0, lam=0.0), replace(law.law, mu=0.0, lam=1.0))
     each = ((law.law.mu, unit[0]), (law.law.lam, unit[1]))
-    K: Floats = np.sum([element_corotational.stiffness(e.dNdX, e.w * c, one.dPdF(rest)[0]) for c, one in each], axis=0)
+    K: Floats = np.sum(
+        [element_corotational.element_stiffness(e.dNdX, e.w * c, one.dPdF(rest)[0]) for c, one in each], axis=0
+    )
     return K
 
 

@@ -16,7 +16,7 @@ from softmark.interpreter.problem.conforming_mesh import Cuts, cuts_of, graded
 from softmark.interpreter.problem.deflection_estimates import bending_angle
 from softmark.interpreter.results.run_report import ModelKind
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import MadeOf, PerLength
+from softmark.interpreter.vocabulary.load_words import HasMaterial, LineForce
 from softmark.records import dataclass
 from softmark.solvers.elements import WORDS, named, unknown
 
@@ -35,7 +35,7 @@ FORMULATIONS = {"mixed": "with pressures", "mean_dilatation": "mean dilatation"}
 
 
 @dataclass(frozen=True)
-class Fem(MadeOf, Model):
+class Fem(HasMaterial, Model):
     """Finite elements over the volume of a body: a choice of element and of how strain is measured.
 
     `small`: strain is linear in the displacements; right for rotations of a few degrees, grows the body when
@@ -130,7 +130,7 @@ class Fem(MadeOf, Model):
         Any | None, "condition", "at whose border cells are smaller, as at a clamp: `towards = x <= 0 mm`"
     ] = None
 
-    loads = (*Model.loads, PerLength)
+    loads = (*Model.loads, LineForce)
     remembers = True
     soaks = True
 
@@ -338,8 +338,8 @@ class Fem(MadeOf, Model):
             thick = max(high[0] - low[0], high[1] - low[1])
             low, high = (*low[:2], 0.0), (*high[:2], thick)
         if cells > element.most:
-            size = units.show(self.size, units.LENGTH)
-            extent = units.show(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
+            size = units.format_value(self.size, units.LENGTH)
+            extent = units.format_value(max(b - a for a, b in zip(low, high, strict=True)), units.LENGTH)
             return diagnostic(
                 "E304",
                 at,
@@ -353,14 +353,14 @@ class Fem(MadeOf, Model):
                 "W312",
                 at,
                 f"the mesh of `{declared.name}` is coarser than the body",
-                f"the body is {units.show(least, units.LENGTH)} across",
+                f"the body is {units.format_value(least, units.LENGTH)} across",
                 "use a size of a fraction of that; bending needs four cells or more across",
             )
         return None
 
     def mesh_words(self, case: Case) -> str:
         """Its mesh in words: `tet4 of about 7 mm`."""
-        size = "" if self.size is None else f"of about {units.show(self.size, units.LENGTH)}"
+        size = "" if self.size is None else f"of about {units.format_value(self.size, units.LENGTH)}"
         return f"{self.element} {'of the file' if self._own_mesh(case) else size}"
 
     def outline(self, case: Case) -> str:
@@ -372,7 +372,7 @@ class Fem(MadeOf, Model):
         if self.size is None or self._own_mesh(case):
             return None
         nu = None if self.material is None or not self.material.uniform else float(f"{self.material.poisson:g}")
-        return ModelKind(f"{self.element}, {self._words(case, None)}", units.show(self.size, units.LENGTH), nu)
+        return ModelKind(f"{self.element}, {self._words(case, None)}", units.format_value(self.size, units.LENGTH), nu)
 
     def _words(self, case: Case, material: Any) -> str:
         options = (

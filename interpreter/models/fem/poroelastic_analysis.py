@@ -30,8 +30,8 @@ from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.poroelastic import INNER, Pores, Seeping, pores_of
 from softmark.solvers.energies.viscoelastic_memory import Memories
 from softmark.solvers.linear.linear_solver import Linear
-from softmark.solvers.mesh.element_interpolation import locate
-from softmark.solvers.mesh.mesh import Mesh, areas
+from softmark.solvers.mesh.element_interpolation import locate_points
+from softmark.solvers.mesh.mesh import Mesh, facet_areas
 from softmark.solvers.statics.quasistatic_history import Aged, Instant
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Fluid:
 
     def pressure(self, point: tuple[float, float, float]) -> float:
         """At a material point, m: Pa."""
-        found = locate(self.mesh, np.array([point])).interpolate(self.nodes[:, None])
+        found = locate_points(self.mesh, np.array([point])).interpolate(self.nodes[:, None])
         return float(found[0, 0])
 
 
@@ -96,7 +96,7 @@ class PreparedSoaked(PreparedAged):
         """A warning where the last step does not show how fluid moved in it."""
         if pores.unresolved <= COARSE:
             return
-        declared, shown = self.static.declared, units.show(float(f"{self._now:.4g}"), units.TIME)
+        declared, shown = self.static.declared, units.format_value(float(f"{self._now:.4g}"), units.TIME)
         yield diagnostic("W394", declared.at(), f"the step that ends at {shown} does not show how fluid moved within it"
                          f" in `{declared.name}`", "off by some 5 % of what has moved",
                          "of what a load does at once the first step knows little: take shorter ones, or look"
@@ -193,7 +193,7 @@ def _must_agree(known: Declared, other: Declared, place: Floats) -> None:
     raise fault("E376", other.at("where"), f"`{known.name}` and `{other.name}` hold the fluid at the same points to"
                 " different pressures", "contradicts the other",
                 "select other parts of the surface; both have "
-                f"{units.show_all(place.tolist(), units.LENGTH)}")  # fmt: skip
+                f"{units.format_vector(place.tolist(), units.LENGTH)}")  # fmt: skip
 
 
 # ------------------------------------------------------------------ steps that are too short
@@ -207,9 +207,9 @@ def _judged(made: PreparedSoaked, drained: Ints) -> PreparedSoaked:
     if not steps or min(steps) >= smallest * (1.0 - SAME):
         return replace(made, smallest=smallest)
     static = made.static
-    shown = units.show(float(f"{smallest:.3g}"), units.TIME)
+    shown = units.format_value(float(f"{smallest:.3g}"), units.TIME)
     note = diagnostic("W393", static.declared.at("size" if static.model.size else "element"),
-                      f"a step of {units.show(float(f'{min(steps):.3g}'), units.TIME)} is too short for the cells of"
+                      f"a step of {units.format_value(float(f'{min(steps):.3g}'), units.TIME)} is too short for the cells of"
                       f" `{static.declared.name}` where fluid leaves", "pressures may oscillate",
                       "soon after a load jumps fluid leaves a layer thinner than a cell: take steps of"
                       f" {shown} or more, or cells that are finer there")  # fmt: skip
@@ -231,6 +231,6 @@ def _smallest(made: PreparedSoaked, drained: Ints) -> float:
 def _heights(mesh: Mesh, which: Ints) -> Floats:
     """Of the cells behind boundary facets above them (f,), m."""
     part = {4: 3.0, 6: 2.0, 8: 1.0}[mesh.element.corners]  # pyramids, wedges on a side, bricks
-    own = areas(mesh, *mesh.element.facet.quadrature())
+    own = facet_areas(mesh, *mesh.element.facet.quadrature())
     found: Floats = part * mesh.volumes[mesh.facet_cells[which]] / own[which]
     return found

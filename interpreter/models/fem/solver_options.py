@@ -11,7 +11,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem import conforming_mesh
 from softmark.interpreter.problem.body_case import elsewhere
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import Follower, Turning
+from softmark.interpreter.vocabulary.load_words import MomentLoad, PressureLoad
 from softmark.solvers.elements import ELEMENTS, PLANE
 
 if TYPE_CHECKING:
@@ -197,7 +197,9 @@ def _of_path(model: Fem, case: Case) -> Iterator[Clash]:
 def _of_forces(model: Fem, case: Case) -> Iterator[Clash]:
     """Linear solvers for symmetric matrices, and forces that have none."""
     reused, capped = model.factorisation == "reused", model.linear in SYMMETRIC
-    follows = any(isinstance(load.thing.action, Follower | Turning) for load in case.loads) and model.strain != "small"
+    follows = (
+        any(isinstance(load.thing.action, PressureLoad | MomentLoad) for load in case.loads) and model.strain != "small"
+    )
     if isinstance(case.analysis, Dynamic) or not (reused or capped) or not (follows or model.rotation == "element"):
         return
     why = "one rotation for each cell" if model.rotation == "element" else "a load that follows the surface"

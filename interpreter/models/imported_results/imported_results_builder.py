@@ -89,7 +89,7 @@ class PreparedResults(Meshless):
         it is known at its points alone and X are others."""
         far = float(self.found.outside(X).max(initial=0.0))
         if far > 0.0 and not self.found.spans:
-            away = f"a probe looks {units.show(far, units.LENGTH)} beside them"
+            away = f"a probe looks {units.format_value(far, units.LENGTH)} beside them"
             if self.found.wired:
                 raise _unusable(self.declared, Unmatched(f"between its points a rod is bent, and {away}", ROW))
             raise _unusable(self.declared, Unmatched(f"its points span no volume, and {away}", f"{ROW}, or a mesh"))
@@ -181,7 +181,7 @@ def _state(declared: Declared, case: Case, found: Matched) -> tuple[Floats | Non
     if near is not None and len(near):
         return None, found.u[near[:1]], said | {"state": at}
     of = "time" if isinstance(analysis, Quasistatic) else "state"
-    shown = units.show(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
+    shown = units.format_value(at, units.TIME) if of == "time" else f"{100 * at:.6g} %"
     has = "it has no times" if times is None else f"it has {count}, from {times[0]:.6g} to {times[-1]:.6g}"
     remedy = "write a series (.pvd) with one entry for each, or leave `states` out of the analysis"
     if of == "time":
@@ -200,9 +200,9 @@ def _moving(declared: Declared, found: Matched, duration: float) -> tuple[Floats
                     "or a table with a column of times")  # fmt: skip
     step = float(np.diff(times).max())
     if abs(times[0]) > SAME * duration or times[-1] < duration - SAME * duration:
-        span = f"from {units.show(float(times[0]), units.TIME)} to {units.show(float(times[-1]), units.TIME)}"
+        span = f"from {units.format_value(float(times[0]), units.TIME)} to {units.format_value(float(times[-1]), units.TIME)}"
         raise fault("E703", declared.at("path"), f"{name} tells of the motion {span}",
-                    f"asked for: 0 to {units.show(duration, units.TIME)}",
+                    f"asked for: 0 to {units.format_value(duration, units.TIME)}",
                     "`time = 1 ms` is one unit of its times; else write the whole motion, from rest on")  # fmt: skip
     last = int(np.searchsorted(times, duration - SAME * step))
     if times[last] <= duration + SAME * step:
@@ -219,7 +219,7 @@ def _gaps(declared: Declared, times: Floats | None) -> Iterator[Diagnostic]:
     steps = np.diff(times)
     usual, i = float(np.median(steps)), int(np.argmax(steps))
     if steps[i] > GAP * usual:
-        start, end = (units.show(float(t), units.TIME) for t in times[i : i + 2])
+        start, end = (units.format_value(float(t), units.TIME) for t in times[i : i + 2])
         yield diagnostic("W701", declared.at("path"), f"{Path(declared.thing.path).name} tells nothing between {start} "
                          f"and {end}, {steps[i] / usual:.3g} times its usual step", "moments are missing?",
                          "in between displacements are taken for linear: write all moments")  # fmt: skip
@@ -231,7 +231,7 @@ def _begins(declared: Declared, times: Floats | None, u: Floats) -> Iterator[Dia
         return
     start, most = (float(np.linalg.norm(own, axis=-1).max()) for own in (u[0], u))
     if start > MOVES * most:
-        by, name = units.show(start, units.LENGTH), Path(declared.thing.path).name
+        by, name = units.format_value(start, units.LENGTH), Path(declared.thing.path).name
         problem = f"{name} has `{declared.name}` displaced by {by} at 0 s, where a motion begins undeformed"
         remedy = "write the motion from its first moment on, at its own times"
         yield diagnostic("W701", declared.at("path"), problem, "moments are missing?", remedy)
@@ -300,15 +300,15 @@ def _misfit(found: Matched, body: Floats) -> tuple[float, float]:
 
 def _apart(model: Results, declared: Declared, case: Case, found: Matched, body: Floats, most: float) -> Diagnostic:
     """That the body does not lie in what the file covers, with the unit that would do if one does."""
-    spans = (" x ".join(units.show(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
+    spans = (" x ".join(units.format_value(float(s), units.LENGTH) for s in np.ptp(X, axis=0)) for X in (found.X, body))
     ratio = _diagonal(body) / found.extent if found.extent else 0.0
     factor = next((f for f in FACTORS if f != 1.0 and abs(ratio / f - 1.0) <= NEAR), None)
     remedy = "judge results of the same body, in the same place; `within` lets more pass"
     if factor is not None:
-        remedy = f"is its unit another? with `unit = {units.show(model.unit * factor, units.LENGTH)}` it has the size"
+        remedy = f"is its unit another? with `unit = {units.format_value(model.unit * factor, units.LENGTH)}` it has the size"
     return diagnostic(
         "E702", declared.at("unit") if factor is not None else declared.at("path"),
         f"{Path(model.path).name} does not cover `{case.body.name}`: they are up to "
-        f"{units.show(most, units.LENGTH)} apart",
+        f"{units.format_value(most, units.LENGTH)} apart",
         "its points span {}, the body {}".format(*spans), remedy,
     )  # fmt: skip

@@ -37,7 +37,7 @@ def lacking(
         none = off > SAME * found.extent
         told["lacks"] = int(none.sum())
         if 0.0 < none.mean() <= 1.0 - MOST:
-            away = units.show(float(off.max()), units.LENGTH)
+            away = units.format_value(float(off.max()), units.LENGTH)
             problem = (
                 f"{file} has no row for {none.sum()} of the {len(none)} nodes of `{case.body.name}` "
                 f"({100 * none.mean():.3g} %): the farthest is {away} from the next row"
@@ -45,7 +45,7 @@ def lacking(
             return told, (diagnostic("W702", declared.at("path"), problem, "points are missing?", WRITE),)
     if hole <= HOLE * usual:
         return told, ()
-    away, near = (units.show(v, units.LENGTH) for v in (hole, usual))
+    away, near = (units.format_value(v, units.LENGTH) for v in (hole, usual))
     problem = (
         f"{file} has no point within {away} of a place in `{case.body.name}`, where others are at most {near} apart"
     )

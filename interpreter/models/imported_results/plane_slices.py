@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from softmark.interpreter.models.imported_results.result_file import Floats, Ints, Told
 from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-from softmark.solvers.mesh.files.plane_cells import standing_on
+from softmark.solvers.mesh.files.plane_cells import extrude_cells
 from softmark.solvers.mesh.mesh import Mesh
 
 Which = NDArray[np.int64]
@@ -27,7 +27,7 @@ def slice_of(X: Floats, told: Told, depth: float) -> tuple[Mesh, Which] | None:
         return None
     kind, cells = told.flat
     try:
-        mesh = standing_on(X, cells, kind)
+        mesh = extrude_cells(X, cells, kind)
     except UnreadableMesh as error:
         raise Unmatched(f"its plane cells are no slice: {error}", error.remedy or LAYERS) from None
     which = _nodes(mesh, X, cells)

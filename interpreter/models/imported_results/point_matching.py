@@ -12,7 +12,7 @@ from softmark.interpreter.models.imported_results.plane_slices import one_layer,
 from softmark.interpreter.models.imported_results.result_file import Told
 from softmark.interpreter.models.imported_results.unmatched_results import SAME, Unmatched
 from softmark.records import dataclass
-from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 Floats = NDArray[np.float64]
@@ -73,7 +73,7 @@ class Matched:
         X = self._level(X)
         if self.mesh is None:
             return self._between(X)
-        place = locate(self.mesh, X)
+        place = locate_points(self.mesh, X)
         return place.nodes, place.N, place.outside
 
     def _level(self, X: Floats) -> Floats:

@@ -100,8 +100,10 @@ def slips(declared: Declared, case: Case, each: list[Kept], most: float) -> Iter
         if own.far <= SLIPS * max(most, own.told):
             continue
         file, body, name = Path(declared.thing.path).name, case.body.name, own.support.name
-        far, told = units.show(own.far, units.LENGTH), units.show(own.told, units.LENGTH)
-        remedy = f"the farthest it moves is {units.show(most, units.LENGTH)}: was it held so when it was solved?"
+        far, told = units.format_value(own.far, units.LENGTH), units.format_value(own.told, units.LENGTH)
+        remedy = (
+            f"the farthest it moves is {units.format_value(most, units.LENGTH)}: was it held so when it was solved?"
+        )
         problem, label = f"{file} moves `{body}` by {far} where `{name}` holds it", "another problem?"
         if own.told:
             problem = f"{file} is up to {far} off where `{name}` moves `{body}` by {told}"
@@ -117,7 +119,7 @@ def vast(declared: Declared, case: Case, place: ProbePoints, most: float) -> Ite
     size = float(np.linalg.norm(np.ptp(place.X, axis=0)))
     if not isinstance(case.analysis, Dynamic) and most > VAST * size:
         problem = (
-            f"{Path(declared.thing.path).name} moves `{case.body.name}` by {units.show(most, units.LENGTH)}, "
+            f"{Path(declared.thing.path).name} moves `{case.body.name}` by {units.format_value(most, units.LENGTH)}, "
             f"{most / size:.3g} times its diagonal"
         )
         yield diagnostic("W704", declared.at("unit"), problem, "another unit?", ANOTHER)

@@ -14,7 +14,7 @@ from functools import lru_cache
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.coordinate_conditions import Condition
 from softmark.interpreter.problem.body_case import Case, Fault, fault
-from softmark.interpreter.vocabulary.load_words import PerArea
+from softmark.interpreter.vocabulary.load_words import SurfaceTraction
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism, RoundPrism, Shape
 from softmark.solvers.mesh.shapes import Box
@@ -107,7 +107,7 @@ def faces_of(case: Case, model: str) -> Faces:
 def _pull(found: Faces, load: Declared, model: str) -> None:
     """What a traction on whole faces pulls with. Raises Fault where it does not along a normal."""
     action = load.thing.action
-    if not isinstance(action, PerArea):
+    if not isinstance(action, SurfaceTraction):
         return  # refused as no load that it takes
     for axis, side in _whole(found.case, load, action.where, model):
         slack = SAME * max(abs(t) for t in action.traction)

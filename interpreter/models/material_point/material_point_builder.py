@@ -153,7 +153,7 @@ class PreparedPoint(Meshless):
         across = np.abs(found.P - np.diag(found.P.diagonal())).max()
         if self.made.shear is not None or across <= ALONG * np.abs(found.P).max():
             return None
-        shear = units.show(float(across), units.PRESSURE)
+        shear = units.format_value(float(across), units.PRESSURE)
         return (
             f"its law has a shear stress of {shear} in such a state, for it has directions beside the axes: use `fem`"
         )
@@ -206,7 +206,7 @@ class PreparedPoint(Meshless):
         what = f"its {self._driven_words} of {self._amount(at)}"
         a = self.made.driven[0]
         b = a if self.made.shear is None else self.made.shear[1]
-        force = units.show(float(at.P[a, b]), units.PRESSURE)
+        force = units.format_value(float(at.P[a, b]), units.PRESSURE)
         return (
             diagnostic(
                 "W366",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.interpreter.models.shared.prepared_model import Moved, Solution
 from softmark.interpreter.results.state_results import Moment
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import at_state
+from softmark.interpreter.vocabulary.load_words import in_state_of_value
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -124,5 +124,5 @@ def _at_the_end(case: Case) -> Case:
 
     other = case.other_material
     if getattr(other, "course", None) is not None:
-        other = at_state(other, end)
+        other = in_state_of_value(other, end)
     return replace(case, body=seen(case.body), parts=tuple(map(seen, case.parts)), other_material=other)

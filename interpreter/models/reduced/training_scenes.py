@@ -8,7 +8,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic
-from softmark.interpreter.language.compiler import recompiled
+from softmark.interpreter.language.compiler import recompile
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.planning import sweep_expansion
 from softmark.interpreter.problem.body_case import Fault, case_for
@@ -37,7 +37,7 @@ def scenes(over: str | None, scene: Scene) -> Iterator[Setting]:
     links = sweep_expansion.chain(scene, scene.declared[over])
     for chosen in itertools.product(*(link.thing.over for link in links)):
         pairs = [(link.thing, variant) for link, variant in zip(links, chosen, strict=True)]
-        other, _ = recompiled(scene, [sweep_expansion.override_of(sweep, variant) for sweep, variant in pairs])
+        other, _ = recompile(scene, [sweep_expansion.override_of(sweep, variant) for sweep, variant in pairs])
         words = "".join(f", {sweep.target.name} = {variant.text}" for sweep, variant in pairs)
         names = [sweep.target.name for sweep, _ in pairs]
         yield Setting(words, other, {name: sweep_expansion.value_of(other, name) for name in names})
@@ -57,7 +57,7 @@ def remeshed(scene: Scene, declared: Declared) -> Diagnostic | None:
         if scene.varied and {override.text for override in overrides}.issuperset(scene.varied):
             continue  # one of the scenes that were compared where the sweep was looked at, and nothing else is varied
         for override in overrides:
-            other = _mesh(recompiled(scene, [override])[0], model.of)
+            other = _mesh(recompile(scene, [override])[0], model.of)
             if None not in (own, other) and own != other:
                 at, problem = declared.at("over"), f"`{model.over}` varies the mesh of `{model.of}`"
                 help = "fields of one mesh say nothing on another: sweep a load, a displacement or a material"

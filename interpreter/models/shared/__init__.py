@@ -1,1 +1,3 @@
-"""What models have in common: supports and loads on meshes, motions, what solving gives, disturbed starts."""
+"""Code that several kinds of model share: supports, loads and contacts on meshes, dynamics, static results,
+capabilities.
+"""

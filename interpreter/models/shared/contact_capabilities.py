@@ -1,4 +1,6 @@
-"""What a model that knows no contact says of one, and what does not go together with one: before anything is built."""
+"""Checks, before anything is built, whether a model supports the contacts of a scene, and which options exclude
+contact.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ LEVERS = {"precision": "double", "linear_cap": None, "cap": None, "start": None}
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Errors for contacts of a case that has some."""
+    """Yield errors for contacts that the model, its analysis or its options do not support."""
     touch = case.contacts[0]
     if not model.touches:
         yield diagnostic("E650", touch.at(), f"`{declared.name}` cannot represent the contact `{touch.name}`",

@@ -1,4 +1,4 @@
-"""A mesh and how far its points moved: for fields at material points, and for files that other programs read."""
+"""A mesh with the displacements of its points: displacement fields at material points, and data for exported files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from softmark.interpreter.results.even_thinning import picked
 from softmark.records import dataclass
-from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Floats, Mesh
 
 if TYPE_CHECKING:
@@ -23,24 +23,24 @@ FRAMES = 40  # of the mesh that are kept for other programs
 
 @dataclass(frozen=True)
 class Nodal:
-    """Displacements of material points X (n, 3) from those of the nodes of a mesh, `nodes` (nodes, 3), m."""
+    """Displacement field that is interpolated from the displacements `nodes` (nodes, 3), m, of the nodes of a mesh."""
 
     mesh: Mesh
     nodes: Floats
 
     def __call__(self, X: Floats) -> Floats:
-        """(n, 3), m."""
-        return locate(self.mesh, X).interpolate(self.nodes)
+        """Return the displacements of material points X (n, 3), m: (n, 3), m."""
+        return locate_points(self.mesh, X).interpolate(self.nodes)
 
 
 def displacement_of(mesh: Mesh, u: Floats) -> Nodal:
-    """Displacements of material points from those of the nodes u (n, 3), m."""
+    """Return the displacement field that is interpolated from nodal displacements u (n, 3), m."""
     return Nodal(mesh, u)
 
 
 @dataclass(frozen=True)
 class Meshed:
-    """A mesh as files that other programs read want it."""
+    """Points, cells and element of a mesh in the form that file writers need."""
 
     mesh: Mesh
 
@@ -56,7 +56,7 @@ class Meshed:
 
     @property
     def kind(self) -> str:
-        """The element."""
+        """Name of the element."""
         return self.mesh.kind
 
 
@@ -76,10 +76,14 @@ class Deformed(Meshed):
 
 
 def in_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:
-    """What a solution has of displacements u (t, n, 3), m, at times (t,), s: `course`, `displacement` and `mesh`."""
+    """Return the fields `course`, `displacement` and `mesh` of a dynamic `Solution`.
+
+    The displacements u (t, n, 3), m, are those at times (t,), s.
+    """
 
     def course(X: Floats) -> Floats:
-        place = locate(mesh, X)
+        """Return the displacements (t, n, 3), m, of material points X (n, 3), m, at all times."""
+        place = locate_points(mesh, X)
         return np.array([place.interpolate(one) for one in u])
 
     some = picked(len(times), FRAMES)

@@ -1,4 +1,4 @@
-"""What is said of a body that is a filled surface: what was repaired, and how its mesh stands to the surface."""
+"""Report and warnings of a body that is a filled surface: repairs, and the distance between the mesh and the surface."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import Case
 from softmark.references.surface_geometry import SearchedSurface
-from softmark.solvers.mesh.mesh import Floats, Mesh, surface
-from softmark.solvers.mesh.mesh_distortion import qualities
-from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.mesh import Floats, Mesh, boundary_surface
+from softmark.solvers.mesh.mesh_distortion import cell_qualities
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.mesh.tetrahedralization import FilledMesh
 
 if TYPE_CHECKING:
-    from softmark.solvers.mesh.files.watertight_repair import Closed
+    from softmark.solvers.mesh.files.watertight_repair import ClosedSurface
     from softmark.solvers.mesh.shape import Shape
 
-VOLUME: units.Dimension = units.power(units.LENGTH, 3)
+VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 COARSE = 0.01  # of the volume: what facets of curved sides may miss without a word
 AWAY = 2.0  # tolerances: a mesh that is farther from its surface is said to be
 PER_FACET = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 1, 1]], dtype=float)
 
 
 def facts(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
-    """The `filled` part of what a report says of a solution; nothing of another mesh. Found once for a mesh."""
+    """Return the `filled` part of a report, empty for other meshes; cached in the mesh."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return {}
     if "filled" not in mesh.selections:
@@ -38,12 +38,12 @@ def facts(shape: Shape, mesh: Mesh | None) -> dict[str, Any]:
 
 
 def _facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
-    how, quality = mesh.filling, qualities(mesh)
+    how, quality = mesh.filling, cell_qualities(mesh)
     assert how is not None
     beyond, short, place = _apart(mesh, how.surface.points, how.surface.triangles)
     return {
         "mesher": how.mesher, "digest": how.digest, "cpu_s": how.seconds, "repairs": list(how.repairs),
-        "facets_m3": shape.missed(how.size) if isinstance(shape, Enclosed) else 0.0,
+        "facets_m3": shape.missed(how.size) if isinstance(shape, SurfaceBody) else 0.0,
         "surface_m3": how.surface.volume, "mesh_m3": float(mesh.volumes.sum()), "tolerance_m": how.tolerance,
         "mesh_to_surface_m": beyond, "surface_to_mesh_m": short, "farthest_m": place, "beside": how.beside,
         "quality": float(quality.min()), "median_quality": float(np.median(quality)),
@@ -51,11 +51,11 @@ def _facts(shape: Shape, mesh: FilledMesh) -> dict[str, Any]:
 
 
 def _apart(mesh: Mesh, points: Floats, triangles: Any) -> tuple[float, float, list[float]]:
-    """How far the mesh's surface goes from a surface, and that from the mesh's, m, and where that is.
+    """Return the largest distance from the mesh to a surface, and from the surface to the mesh, m, and the place, m.
 
-    The two halves of the distance of Hausdorff, at corners, edges and middles of facets.
+    These are the two one-sided Hausdorff distances, sampled at corners, edges and centres of facets.
     """
-    own = SearchedSurface(*surface(mesh))
+    own = SearchedSurface(*boundary_surface(mesh))
     there = SearchedSurface(points, triangles)
     weights = PER_FACET / PER_FACET.sum(axis=1, keepdims=True)
     sampled = np.unique(np.einsum("sk,tki->tsi", weights, own.points[own.triangles]).reshape(-1, 3), axis=0)
@@ -65,7 +65,7 @@ def _apart(mesh: Mesh, points: Floats, triangles: Any) -> tuple[float, float, li
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Warnings where a mesh is far from its surface; and what a check could not say of a public data set."""
+    """Yield warnings where a mesh is far from its surface, or where a public data set could not be checked completely."""
     if not isinstance(mesh, FilledMesh) or mesh.filling is None:
         return
     found, how = facts(case.shape, mesh)["filled"], mesh.filling
@@ -73,24 +73,24 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
         said = repaired(case, how.surface), too_thin(declared, case, how.surface)
         yield from (d for d in said if d is not None)
     if abs(found["facets_m3"]) > COARSE * found["surface_m3"]:
-        share = units.show(float(f"{100 * found['facets_m3'] / found['surface_m3']:.2g}"), units.NONE)
+        share = units.format_value(float(f"{100 * found['facets_m3'] / found['surface_m3']:.2g}"), units.NONE)
         yield diagnostic("W354", declared.at(), f"the facets of `{case.body.name}` miss {share} % of its volume in "
                          f"`{declared.name}`", "its curved sides are made of flat facets",
                          "take a smaller `size`, or smaller `facets` of the shape")  # fmt: skip
     away = max(found["mesh_to_surface_m"], found["surface_to_mesh_m"])
     if away > AWAY * how.tolerance:
-        place = units.show_all(found["farthest_m"], units.LENGTH)
+        place = units.format_vector(found["farthest_m"], units.LENGTH)
         yield diagnostic("W349", declared.at(), f"the mesh of `{declared.name}` is not the body that its surface has",
-                         f"up to {units.show(float(f'{away:.3g}'), units.LENGTH)} apart, near {place}",
-                         f"{units.show(how.tolerance, units.LENGTH)} was to be met: thin or sharp parts were lost; "
+                         f"up to {units.format_value(float(f'{away:.3g}'), units.LENGTH)} apart, near {place}",
+                         f"{units.format_value(how.tolerance, units.LENGTH)} was to be met: thin or sharp parts were lost; "
                          "take a smaller `size`, or a smaller `tolerance` of `filled`")  # fmt: skip
 
 
-def repaired(case: Case, surface: Closed) -> Diagnostic | None:
-    """A warning about a surface that was mended: what, how much of it, and what its volume may be off by."""
+def repaired(case: Case, surface: ClosedSurface) -> Diagnostic | None:
+    """Return a warning about a surface that was repaired: what was repaired, how much, and the possible volume error."""
     if not surface.repairs:
         return None
-    volume = units.show(float(f"{surface.volume:.5g}"), VOLUME)
+    volume = units.format_value(float(f"{surface.volume:.5g}"), VOLUME)
     open_ = f", give or take {100 * surface.doubt:.2g} % for what was closed" if surface.capped else ""
     twice = ", of which what passes through itself counts twice" if surface.crossings else ""
     return diagnostic("W348", case.body.at("shape"), f"the surface of `{case.body.name}` is repaired to be filled",
@@ -99,11 +99,14 @@ def repaired(case: Case, surface: Closed) -> Diagnostic | None:
                       surface.repairs)  # fmt: skip
 
 
-def too_thin(declared: Declared, case: Case, surface: Closed) -> Diagnostic | None:
-    """A warning about cells that are large for the body: twice its volume over its area is how thick a plate is."""
+def too_thin(declared: Declared, case: Case, surface: ClosedSurface) -> Diagnostic | None:
+    """Return a warning if cells are large for the thickness of the body.
+
+    The thickness is estimated as twice its volume over its area, which is exact for a plate.
+    """
     thick, size = 2.0 * surface.volume / surface.area, declared.thing.size
     if size is None or size <= thick:
         return None
     return diagnostic("W350", declared.at("size"), f"the cells of `{declared.name}` are large for `{case.body.name}`",
-                      f"twice its volume over its area is {units.show(float(f'{thick:.3g}'), units.LENGTH)}",
+                      f"twice its volume over its area is {units.format_value(float(f'{thick:.3g}'), units.LENGTH)}",
                       "a plate is that thick, a ball three times that; one cell across hardly bends")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Which models take bodies full of fluid, and in which analyses."""
+"""Checks of which models and analyses support poroelastic bodies, that is bodies filled with fluid."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LINEAR = ("conjugate_gradients", "multigrid")
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Errors of a model of a body full of fluid."""
+    """Yield errors of a model of a body that contains fluid."""
     if case.planar == "plane_stress":
         yield diagnostic("E435", case.body.at("material"), f"`{case.body.name}` is in plane stress, which is not known"
                          " of a material full of fluid", "not in plane stress", "use `plane_strain`, a `solid` as thick"
@@ -50,7 +50,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
 
 
 def idle(case: Case) -> Iterator[Diagnostic]:
-    """Errors for supports of fluid on a body without any."""
+    """Yield errors for fluid supports on a body without fluid."""
     for drain in case.drains:
         yield diagnostic("E371", drain.at(), f"`{drain.name}` lets fluid through `{case.body.name}`, and there is none"
                          " in it", "no fluid", "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`, or leave"
@@ -58,7 +58,7 @@ def idle(case: Case) -> Iterator[Diagnostic]:
 
 
 def _unsound(material: Any) -> tuple[str, str, str] | None:
-    """What is wrong with a material: problem, label, help."""
+    """Return the problem, label and help of an error about a material; None if the material is valid."""
     if not porous(material):
         return None
     law = material.law
@@ -75,7 +75,7 @@ def _unsound(material: Any) -> tuple[str, str, str] | None:
 
 
 def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What of finite elements does not go with fluid."""
+    """Yield errors for options of a finite element model that do not support fluid."""
     if named(model.element).pressures != "corners":
         flat = case.planar != ""
         help = "use `tri6` or `quad9`" if flat else "use `tet10`, `hex20` or `hex27`"
@@ -106,5 +106,6 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
 
 
 def _lever(declared: Declared, lever: str, given: Any, case: Case) -> Diagnostic:
+    """Return the error for an option of the model that does not support fluid."""
     return diagnostic("E374", declared.at(lever), f"`{lever} = {given}` does not go with the fluid in"
                       f" `{case.body.name}`", "not with fluid", "leave it out")  # fmt: skip

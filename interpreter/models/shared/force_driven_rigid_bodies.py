@@ -1,7 +1,7 @@
-"""Rigid bodies that loads press at rest, along the one way that is left to them: what a scene says, as one number.
+"""Force-driven rigid bodies in static analyses, with one free direction: their position is one unknown number.
 
-The place that they come to is found (solvers/statics/force_controlled_rigid_body.py); from then on they are as if a
-support had taken them.
+The equilibrium position is found by solvers/statics/force_controlled_rigid_body.py. Afterwards the rigid bodies are
+treated as if a support had moved them there.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from softmark.solvers.statics.force_controlled_rigid_body import Press
 
 
 def press_of(case: Case, contacts: Mapping[str, Any]) -> Press | None:
-    """What presses the rigid body of a case that loads move; None where there is none."""
+    """Return the problem of the force-driven rigid body of a case; None if there is no such body."""
     touches = [touch for touch in case.contacts if touch.along is not None]
     if not touches:
         return None
@@ -34,7 +34,7 @@ def press_of(case: Case, contacts: Mapping[str, Any]) -> Press | None:
 
 
 def _placed(contact: Any, d: float) -> Any:
-    """A contact whose rigid body loads have pressed so far, m."""
+    """Return a contact whose rigid body has moved by d, m, along its free direction."""
     moving: Moving = contact.posed
     posed = replace(moving, touch=replace(moving.touch, gone=d))
     known: dict[str, Any] = {"posed": posed}
@@ -44,14 +44,15 @@ def _placed(contact: Any, d: float) -> Any:
 
 
 def _shift(body: Any) -> tuple[float, float, float]:
-    """How far a rigid body has gone from where it was declared, m."""
+    """Return the translation of a rigid body from where it was declared, m."""
     return body.pose.shift if isinstance(body, Posed) else Pose().shift
 
 
 def settled(case: Case, beside: Mapping[str, Any]) -> Case:
-    """A case whose rigid bodies loads have pressed to where a state has them, by contact."""
+    """Return a case whose force-driven rigid bodies are at the positions `beside`, by contact, of a state."""
 
     def each(touch: Touch) -> Touch:
+        """Return a contact with its rigid body moved, or the same contact if no load drives its body."""
         if touch.along is None or touch.name not in beside:
             return touch
         return replace(touch, gone=float(_shift(beside[touch.name])[touch.along]))
@@ -60,7 +61,10 @@ def settled(case: Case, beside: Mapping[str, Any]) -> Case:
 
 
 def told(case: Case, known: Mapping[str, Any]) -> dict[str, Any]:
-    """What a report says of the rigid body that loads press: `rigid`, by its name, of what solving it has found."""
+    """Return the `rigid` part of a report, by name of the force-driven rigid body.
+
+    `known` has the results of the solver, such as `travel_m`.
+    """
     touch = next(touch for touch in case.contacts if touch.along is not None)
     assert touch.along is not None
     way, force = np.zeros((2, 3))

@@ -1,4 +1,4 @@
-"""Beds that a body lies on, and plates that lie on it: from what a scene says to springs on the facets of a mesh."""
+"""Elastic foundations under a body, and plates that stay plane: from the scene to springs on facets of a mesh."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, m
 from softmark.interpreter.vocabulary.support_words import Level
 from softmark.solvers.elements import moment_fitted_quadrature
 from softmark.solvers.elements.boundary_facets import FACETS
-from softmark.solvers.energies.elastic_foundation import Bedding
+from softmark.solvers.energies.elastic_foundation import ElasticFoundation
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
@@ -30,16 +30,16 @@ MOST = 2000  # nodes that one plate holds level: a full matrix of 32 MB
 EXACT, FINE = 4, 10  # squared: Gauss points on flat facets, where products of shape functions are of fourth order
 
 
-def beds_on(case: Case, mesh: Mesh) -> dict[str, Bedding]:
-    """The springs and dashpots of every bed, by name. Raises Fault where a bed has no area."""
+def beds_on(case: Case, mesh: Mesh) -> dict[str, ElasticFoundation]:
+    """Return the springs and dashpots of every foundation, by name. Raises Fault where a foundation has no area."""
     each = ((bed, _levelled if isinstance(bed.thing, Level) else _spread) for bed in case.beds)
     return {bed.name: made(case, bed, mesh) for bed, made in each}
 
 
 def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]]:
-    """What beds see of rigid motions about a centre (r, 6), as `holding` has them: no unit but of lengths.
+    """Yield constraint rows (r, 6) of foundations for rigid motions about a centre, scaled by lengths only.
 
-    With a node (r,) of the piece of the body that each row is about.
+    Each comes with a node (r,) of the piece of the body that its row belongs to.
     """
     from softmark.interpreter.models.beam.rigid_motions import point_rows
 
@@ -55,8 +55,8 @@ def rows(case: Case, mesh: Mesh, centre: Floats) -> Iterator[tuple[Ints, Floats]
             yield facets[:, 0], np.hstack([normal, np.cross(X, normal)])
 
 
-def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:
-    """Integrals over each facet, of its whole or of the selected part. Raises Fault on a plane of symmetry."""
+def _spread(case: Case, bed: Declared, mesh: Mesh) -> ElasticFoundation:
+    """Return the foundation integrated over each facet, or its selected part. Raises Fault on a plane of symmetry."""
     surface = surface_of(case, bed, bed.thing.where, mesh)
     X = mesh.points[surface.touched]
     must_not_act_on_plane(case, bed, X, mesh.points)
@@ -72,11 +72,14 @@ def _spread(case: Case, bed: Declared, mesh: Mesh) -> Bedding:
         blocks = np.einsum("p,pa,pb,pij->paibj", bed.thing.stiffness * dA[some], N[some], N[some], D, optimize=True)
         np.add.at(K, which.ravel()[some], blocks.reshape(-1, k, k))
     damping: float = bed.thing.damping
-    return Bedding(each, K, damping / bed.thing.stiffness)
+    return ElasticFoundation(each, K, damping / bed.thing.stiffness)
 
 
-def _levelled(case: Case, plate: Declared, mesh: Mesh) -> Bedding:
-    """Springs between every point of a plane face and the mean of all: one block of all its nodes. Raises Fault."""
+def _levelled(case: Case, plate: Declared, mesh: Mesh) -> ElasticFoundation:
+    """Return springs between every point of a plane face and the mean of all points, which keep the face plane.
+
+    They couple all nodes of the face in one block. Raises Fault.
+    """
     facets, N, dA, normal = _points(surface_of(case, plate, plate.thing.where, mesh), case.depth)
     along = int(np.abs(normal.sum(axis=0)).argmax())
     if float(np.abs(normal[:, along].mean() - normal[:, along]).max()) > PLANE or abs(normal[0, along]) < 1.0 - PLANE:
@@ -92,13 +95,13 @@ def _levelled(case: Case, plate: Declared, mesh: Mesh) -> Bedding:
     np.add.at(M, (place[:, :, None], place[:, None, :]), np.einsum("p,pa,pb->pab", dA, N, N, optimize=True))
     m, area = M.sum(axis=1), float(dA.sum())
     M -= np.outer(m, m) / area
-    return Bedding(nodes[None], plate_stiffness(case, mesh, area) * M[None], along=along)
+    return ElasticFoundation(nodes[None], plate_stiffness(case, mesh, area) * M[None], along=along)
 
 
 def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
-    """Of the springs that keep a plate of an area, m^2, level, Pa/m: by how stiff the body behind it is, and how high.
+    """Return the stiffness of the springs that keep a plate of an area, m^2, plane, Pa/m.
 
-    What a plate is taken for, which the watchdog takes it for as well.
+    It follows from the stiffness and height of the body behind the plate; verification uses the same number.
     """
     modulus = float(max(material.shear_modulus for material in case.typical))
     volume = float(mesh.volumes.sum())
@@ -109,9 +112,9 @@ def plate_stiffness(case: Case, mesh: Mesh, area: float) -> float:
 
 
 def _points(part: Loaded, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Floats]:
-    """Points to integrate at: their facets (p, k), shape functions (p, k), areas (p,), m^2, and unit normals (p, 3).
+    """Return quadrature points: facets (p, k), shape functions (p, k), areas (p,), m^2, and unit normals (p, 3).
 
-    With a `depth`, m, of a slice through a body of revolution areas are those of whole rings.
+    With a `depth`, m, of a slice through a body of revolution, areas are those of whole rings.
     """
     flat = Patches(part.points[part.whole], 1.0).affine
     each = [(part.nodes, part.xi, part.w)]
@@ -126,7 +129,7 @@ def _points(part: Loaded, depth: float = 0.0) -> tuple[Ints, Floats, Floats, Flo
     size = np.linalg.norm(way, axis=1)
     dA = weights * size
     if depth:
-        from softmark.solvers.energies.axisymmetric import around
+        from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
-        dA = dA * around((N * part.points[facets, 0]).sum(axis=1), depth)
+        dA = dA * circumference_in_slices((N * part.points[facets, 0]).sum(axis=1), depth)
     return facets, N, dA, way / size[:, None]

@@ -1,4 +1,4 @@
-"""Bodies in motion that meet free rigid ones: these have unknowns of their own, behind those of the nodes."""
+"""Dynamic analyses with free rigid bodies, whose unknowns follow those of the nodes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from softmark.interpreter.models.shared.solid_dynamics import (
 )
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.interpreter.results.even_thinning import picked
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerMass
-from softmark.interpreter.vocabulary.load_words import Turning as Moment
+from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad
+from softmark.interpreter.vocabulary.load_words import MomentLoad as Moment
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.free_rigid_bodies import Bodies, Free, afloat
@@ -43,31 +43,38 @@ FINER = 1e-2  # of the tolerance: moments are smaller than forces, in N m and N,
 
 @dataclass(frozen=True)
 class MotionBeside(PreparedMotion):
-    """A body in motion, of `dofs` unknowns, beside free rigid ones, of these names in the order of the chart."""
+    """Dynamic analysis of a deformable body with `dofs` unknowns and of free rigid bodies.
+
+    `names` are the rigid bodies in the order of the `chart`, which maps unknowns to positions and rotations.
+    """
 
     chart: Any = None  # Bodies
     names: tuple[str, ...] = ()
     dofs: int = 0
 
     def _resolution(self) -> None:
-        """Not known: how long it takes to come and go depends on what it meets."""
+        """Return None: the resolution of the time step is not known, because contact times depend on what the body
+        meets.
+        """
 
     def _step_error(self) -> None:
         """Return None: the time-step error is not known, because contact times depend on what the body meets."""
 
     def _state(self, motion: Motion) -> Floats:
-        """Displacements, and of every rigid body its middle, axes, velocity and spin in space (18 each,)."""
+        """Return displacements, and the centre of mass, axes, velocity and spin in space of every rigid body (18
+        each,).
+        """
         told = self.chart.state(motion.x).reshape(-1, 12)
         own = motion.v[self.dofs :].reshape(-1, 2, 3)
         spins = np.einsum("bij,bj->bi", told[:, 3:].reshape(-1, 3, 3), own[:, 1])
         return np.concatenate([motion.x[: self.dofs], np.hstack([told, own[:, 0], spins]).ravel()])
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """Of the body that deforms."""
+        """Return the fields of a solution for the deformable body."""
         return super()._shown(times, states[:, : self.dofs])
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
-        """With how rigid bodies have moved."""
+        """Return the solution, including the motion of the rigid bodies."""
         found, kept = super()._finish(track, every), kept_of(track, every)
         kept = [kept[i] for i in picked(len(kept), MOMENTS)]
         states = np.array([track.observed[i].x[self.dofs :] for i in kept]).reshape(len(kept), -1, 18)
@@ -76,7 +83,7 @@ class MotionBeside(PreparedMotion):
         return replace(found, facts=found.facts | {"rigid": each}, notes=notes)
 
     def _passing(self, times: Floats, states: Floats) -> tuple[Diagnostic, ...]:
-        """Of rigid bodies that pass through each other, where there are two."""
+        """Return warnings about rigid bodies that pass through each other."""
         met = () if self.case is None else self.case.contacts
         touches = {touch.rigid.name: (touch, course_of_rigid(touch)) for touch in met}
         if len(touches) < 2:
@@ -88,7 +95,7 @@ class MotionBeside(PreparedMotion):
 
 
 def _told(times: Floats, states: Floats) -> dict[str, Any]:
-    """What a report says of a free body's motion, of states (t, 18): its turn is that from where it was declared."""
+    """Return the motion of a free rigid body for a report, from states (t, 18); rotations are relative to the start."""
     from scipy.spatial.transform import Rotation
 
     axes = states[:, 3:12].reshape(-1, 3, 3)
@@ -99,7 +106,7 @@ def _told(times: Floats, states: Floats) -> dict[str, Any]:
 
 
 def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
-    """The motion of a case in which some rigid bodies are free."""
+    """Add the free rigid bodies of a case to a dynamic analysis."""
     problem, dofs = motion.problem, motion.problem.assembly.dofs
     bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
     made = [_free(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
@@ -133,7 +140,7 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
 
 
 def _free(touch: Touch, first: int) -> Free:
-    """The mass of a rigid body."""
+    """Return a free rigid body with its mass and inertia; `first` is its first unknown."""
     thing: Any = touch.rigid.thing
     gap = gap_of(thing.shape)
     volume = None if gap is None else volume_of(gap)
@@ -144,13 +151,13 @@ def _free(touch: Touch, first: int) -> Free:
 
 
 def _begun(body: Free, touch: Touch) -> Floats:
-    """Velocities at the start (6,): of its middle, and of its turn about its own axes."""
+    """Return initial velocities (6,): that of the centre of mass, m/s, and the spin about the body's own axes, rad/s."""
     thing: Any = touch.rigid.thing
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 
 
 def _pulled(chart: Bodies, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
-    """What pulls at rigid bodies and turns them, with its courses."""
+    """Return the loads on rigid bodies, and the amplitude of each."""
     pulls, courses = list[Energy](), list[Course]()
     for which, touch in enumerate(touches.values()):
         for load in touch.loads:
@@ -160,12 +167,12 @@ def _pulled(chart: Bodies, touches: Mapping[str, Touch]) -> tuple[list[Energy], 
 
 
 def _pull(chart: Bodies, which: int, load: Declared) -> Pulled:
-    """One load: a weight at the middle, a force at its point, a moment."""
+    """Return one load on a rigid body: its weight at the centre of mass, a point force, or a moment."""
     body, none = chart.bodies[which], np.zeros(3)
     match load.thing.action:
-        case PerMass(acceleration):
+        case BodyForce(acceleration):
             return Pulled(chart, which, body.mass * np.array(acceleration), body.middle, none)
-        case AtPoint(at, force):
+        case PointLoad(at, force):
             return Pulled(chart, which, np.array(force), np.array(at), none)
         case Moment(_, moment):
             return Pulled(chart, which, none, body.middle, np.array(moment))
@@ -173,7 +180,7 @@ def _pull(chart: Bodies, which: int, load: Declared) -> Pulled:
 
 
 def _mass(mass: Any, bodies: Sequence[Free]) -> Any:
-    """Of all unknowns, kg and kg m^2: a matrix, or its diagonal."""
+    """Return the mass of all unknowns, kg and kg m^2, as a matrix or its diagonal."""
     own = np.concatenate([[b.mass, b.mass, b.mass, *b.J] for b in bodies])
     if isinstance(mass, np.ndarray):
         return np.concatenate([mass, own])

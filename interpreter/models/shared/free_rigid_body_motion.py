@@ -1,4 +1,4 @@
-"""Motions beside free rigid bodies: nothing is imported where there is none."""
+"""Dynamic analyses with free rigid bodies, imported only if a scene has such bodies."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def afloat(motion: PreparedMotion, case: Case) -> PreparedMotion:
-    """A motion, and of the rigid bodies that are free in it."""
+    """Return the dynamic analysis, extended by the free rigid bodies of the case if there are any."""
     if not any(touch.rigid.thing.free for touch in case.contacts):
         return motion
     from softmark.interpreter.models.shared.free_rigid_body_dynamics import beside

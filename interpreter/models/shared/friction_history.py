@@ -1,4 +1,4 @@
-"""Friction from state to state: what a state leaves of anchors, and a model that starts from them."""
+"""Friction history from state to state: what a state records of anchors, and contacts that continue from it."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Rubbed:
-    """What a state leaves of a contact with friction.
+    """Friction history of one contact after a state.
 
-    `anchors` (m, 3) are points of the rigid body as it is declared, m, which `points` of the surface hold on to, or
-    what surfaces that deform leave (`Since`), and `slid` (m,) how far each point, or sample, has slid in all, m. `work`
-    is what friction has turned into heat up to this state, J, and `now` in it alone.
+    `anchors` (m, 3), m, are the points of the rigid body, as declared, at which the `points` of the surface last stuck;
+    for contact between deformable surfaces they are `Since`. `slid` (m,) is the accumulated slip of each point or
+    sample,
+    m. `work` is the heat dissipated by friction up to this state, J, and `now` the part of it of this state.
     """
 
     anchors: Any
@@ -42,7 +43,7 @@ Past = Mapping[str, Rubbed]
 
 
 def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str, Rubbed]:
-    """Of every contact with friction, after the displacements u (dofs,), m."""
+    """Return the history of every contact with friction after displacements u (dofs,), m."""
     found = {}
     for name, contact in contacts.items():
         anchors: Any
@@ -62,7 +63,7 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
 
 
 def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> Touch:
-    """What a contact comes to, with what friction makes of it; without friction nothing is added."""
+    """Return a contact result extended by slip, sticking share and dissipation; unchanged without friction."""
     if own is None or not isinstance(contact, Rubbing):
         return touch
     pressed, sticks, share = contact.sticking(u)
@@ -74,10 +75,11 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
 
 
 def _at_nodes(contact: Touching, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
-    """How far nodes have slid, and which stick."""
+    """Return the slip and the sticking state at nodes."""
     from softmark.interpreter.models.postprocessing.contact_results import spread
 
     def to_nodes(values: Floats) -> Floats:
+        """Sum values of contact points at nodes."""
         found = np.zeros(nodes)
         np.add.at(found, contact.of, np.abs(contact.shares) * values[:, None])
         return found
@@ -86,7 +88,7 @@ def _at_nodes(contact: Touching, push: Floats, sticks: Bools, slid: Floats, node
 
 
 def resumed(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
-    """Contacts that go on from where a state has left their anchors."""
+    """Return contacts that continue from the anchors that a state has recorded."""
     return {name: _resumed(contact, past[name]) if contact.rubs else contact for name, contact in contacts.items()}
 
 

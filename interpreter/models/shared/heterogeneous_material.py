@@ -1,9 +1,9 @@
-"""Materials whose constants vary in space, on a mesh: what they are at its points, and what its cells make of them.
+"""Materials whose constants vary in space: their values at points of a mesh, and the integrals over its cells.
 
-Constants are taken at the points of integration, so that they are integrated as the law is. Cells whose gradients are
-the same all over them, which need one point for the law, are given the means of their two moduli, by a rule that is
-exact for what varies as a parabola. What cells cannot resolve is told: where a constant changes much within a cell,
-and by how much its integral differs from that of a finer rule.
+Constants are evaluated at integration points, so that they are integrated as the law is. Cells with constant gradients
+need one point for the law; they get the means of their two moduli, by a rule that is exact for quadratic variation.
+Warnings report what cells do not resolve: large changes of a constant within a cell, and integrals that differ from
+those of a finer rule.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from softmark.references.measured_data import Unreadable
 from softmark.solvers.elements import CELLS
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.materials.heterogeneous import averaged, changed, with_constants
-from softmark.solvers.mesh.element_interpolation import Integration, integration
+from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ LOST = 1e-6  # of an integral: what a finer rule finds less is rounding, or next
 
 
 def values(profile: Profile, X: Floats) -> Floats:
-    """A constant at points X (..., 3), m: (...). Raises Fault where a file that it is read from cannot be used."""
+    """Return a constant at points X (..., 3), m: (...). Raises Fault if a file that it is read from cannot be used."""
     try:
         found: Floats = profile.values(X.reshape(-1, 3), reading).reshape(X.shape[:-1])
     except Unreadable as error:
@@ -65,29 +65,29 @@ def values(profile: Profile, X: Floats) -> Floats:
 
 
 def unusable(profile: Profile, error: Unreadable) -> Fault:
-    """A Fault of a file that a constant cannot be read from."""
+    """Return the Fault for a file that a constant cannot be read from."""
     problem = f"the field of `{profile.name}` cannot be used: {error.name}: {error.reason}"
     return Fault(diagnostic("E410", profile.at, problem, "cannot be used", error.remedy))
 
 
 class Part(Protocol):
-    """The cells of one material (material_regions.py)."""
+    """Cells of one material (material_regions.py)."""
 
     @property
     def case(self) -> Case:
-        """Of that material alone."""
+        """Case with this material only."""
 
     @property
     def mesh(self) -> Mesh:
-        """Of these cells, over all nodes."""
+        """Mesh of these cells, over all nodes."""
 
     @property
     def which(self) -> Any:
-        """Their numbers in the whole mesh."""
+        """Indices of these cells in the whole mesh."""
 
     @property
     def number(self) -> int:
-        """That of the material."""
+        """Index of the material."""
 
 
 Parts = Callable[[], Sequence[Part]]  # of a mesh: asked once, for what is found of them is kept
@@ -157,19 +157,19 @@ def density_resolved(case: Case, mesh: Mesh) -> Resolved | None:
 
 
 def _rule(mesh: Mesh) -> Rule:
-    """By which constants are integrated over cells: theirs, or where one point does for the law, one that is finer."""
+    """Return the rule that integrates constants over cells: the element's, or a finer one if the law needs one point."""
     return (CELLS[mesh.element.finer] if mesh.element.constant else mesh.element).quadrature()
 
 
 def must_be_in_range(case: Case, mesh: Mesh) -> None:
-    """Raise Fault where a constant is out of range at integration points, nodes or points of a finer rule."""
+    """Raise Fault if a constant is out of range at integration points, nodes or points of a finer rule."""
     for profile in profiles(case.material).values():
         for X in (places(mesh, _rule(mesh)), mesh.points[mesh.cells], places(mesh, _fine(mesh.kind))):
             _must_be_allowed(case, profile, values(profile, X), X)
 
 
 def _sampled(case: Case, X: Floats) -> Any:
-    """The material with arrays (m, q) of its varying constants at points X (m, q, 3). Raises Fault out of range."""
+    """Return the material with arrays (m, q) of its varying constants at points X (m, q, 3). Raises Fault out of range."""
     new = {}
     for name, profile in profiles(case.material).items():
         if name in OF_LAWS:
@@ -179,7 +179,7 @@ def _sampled(case: Case, X: Floats) -> Any:
 
 
 def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
-    """The material with the directions of its fibres at points X (m, q, 3), m, of its mesh. Raises Fault."""
+    """Return the material with its fibre directions at points X (m, q, 3), m, of its mesh. Raises Fault."""
     from softmark.interpreter.models.shared.undefined_fiber_directions import must_have_directions
     from softmark.solvers.materials.material_axes import NoDirection
 
@@ -188,7 +188,9 @@ def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
     try:
         return case.material.placed(X, reading)
     except NoDirection as error:
-        where = "" if error.place is None else f" at {units.show_all(tuple(map(float, error.place)), units.LENGTH)}"
+        where = (
+            "" if error.place is None else f" at {units.format_vector(tuple(map(float, error.place)), units.LENGTH)}"
+        )
         raise fault(
             "E366", at, f"the material of `{case.body.name}` has no direction of fibres{where}: {error.reason}",
             "no direction", "expressions must not all be zero at once, a rule must hold all over the body, and sheets"
@@ -200,9 +202,9 @@ def turned(case: Case, mesh: Mesh, X: Floats) -> Any:
 
 
 def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
-    """A material with arrays for what varies: at the points of a rule (m, q), or as cells of one point have it (m, 1).
+    """Return a material with arrays for what varies: at points of a rule (m, q), or one value per cell (m, 1).
 
-    For what is told of a solution: its constants are in their range at the points that it was solved with.
+    Results of a solution use it: the constants have been checked at the points that it was solved with.
     """
     if getattr(material, "turning", False):
         own = mesh.element.quadrature() if mesh.element.constant else rule
@@ -218,13 +220,13 @@ def material_at(material: Any, mesh: Mesh, rule: Rule) -> Any:
 
 
 def places(mesh: Mesh, rule: Rule) -> Floats:
-    """The points of a rule in every cell (m, q, 3), m."""
+    """Return the points of a rule in every cell (m, q, 3), m."""
     found: Floats = np.einsum("qa,mai->mqi", mesh.element.shape(rule[0]), mesh.points[mesh.cells])
     return found
 
 
 def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> None:
-    """Raises Fault where a constant is out of its range: at the place where it is farthest out."""
+    """Raise Fault if a constant is out of its range, naming the place where it is farthest out."""
     odd = np.flatnonzero(~np.isfinite(found))
     for i in odd[:1] if len(odd) else (found.argmin(), found.argmax()):
         value = float(found.flat[i])
@@ -233,7 +235,7 @@ def _must_be_allowed(case: Case, profile: Profile, found: Floats, X: Floats) -> 
 
 
 def must_be_compressible(declared: Declared, own: Part) -> None:
-    """Raises Fault where Poisson's ratio reaches 0.5 at points of a model without pressures."""
+    """Raise Fault if Poisson's ratio reaches 0.5 at points of a model without pressure unknowns."""
     nu = own.case.material.poisson
     if isinstance(nu, np.ndarray) and nu.max() >= 0.5:
         raise fault(
@@ -249,13 +251,15 @@ def must_be_compressible(declared: Declared, own: Part) -> None:
 
 @dataclass(frozen=True)
 class Density:
-    """A density that varies."""
+    """Density that varies in space."""
 
     profile: Profile
     case: Case
 
     def points(self, mesh: Mesh) -> tuple[Floats, Floats, Floats]:
-        """Shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, that masses need."""
+        """Return shape functions (q, a) or (m, q, a), volumes (m, q), m^3, and positions (m, q, 3), m, for mass
+        integrals.
+        """
         from softmark.solvers.dynamics.mass_matrices import mass_points
 
         seen = density_resolved(self.case, mesh)
@@ -265,14 +269,14 @@ class Density:
         return N, w, np.einsum("qa,mai->mqi", N, mesh.points[mesh.cells])
 
     def at(self, X: Floats) -> Floats:
-        """At points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where it is none."""
+        """Return the density at points X (m, q, 3), m: (m, q), kg/m^3. Raises Fault where the value is not allowed."""
         found = values(self.profile, X)
         _must_be_allowed(self.case, self.profile, found, X)
         return found
 
 
 def density_of(case: Case) -> Any:
-    """The density of the material of a case, kg/m^3; a `Density` where it varies."""
+    """Return the density of the material of a case, kg/m^3; a `Density` if it varies."""
     rho = case.material.density
     return Density(rho, case) if isinstance(rho, Profile) else rho
 
@@ -282,12 +286,12 @@ def density_of(case: Case) -> Any:
 
 @dataclass(frozen=True)
 class Spread:
-    """What a mesh makes of a constant: its least, largest and mean value, SI, and what cells do not resolve.
+    """Statistics of a varying constant on a mesh: least, largest and mean value, SI, and what cells do not resolve.
 
-    `steep` is the share of the volume in cells in which it changes by more than STEEP, `contrast` the largest change
-    within a cell; `lost` by how much integrals over cells differ from those of a finer rule, all together relative to
-    the integral over the body. `outside` is the share of the volume outside of the fields that it is read from, and
-    `there` the least and the largest value that it has got.
+    `steep` is the volume share of cells in which it changes by more than a factor STEEP, and `contrast` the largest
+    change within a cell. `lost` is the sum of the differences of integrals over cells from those of a finer rule,
+    relative to the integral over the body. `outside` is the volume share outside the fields that it is read from, and
+    `there` the least and largest value used there.
     """
 
     least: float
@@ -301,7 +305,7 @@ class Spread:
     read: bool = False
 
     def facts(self) -> dict[str, Any]:
-        """For a report."""
+        """Return the entries for a report."""
         found: dict[str, Any] = {
             "least": self.least, "most": self.most, "mean": self.mean, "within_cells": self.contrast,
             "steep_share": self.steep, "integral_lost": self.lost,
@@ -311,7 +315,7 @@ class Spread:
 
 @cache
 def _fine(kind: str) -> Rule:
-    """A rule that is finer than that of the element."""
+    """Return a rule that is finer than that of the element."""
     element = CELLS[kind]
     if element.family != "hexahedra":
         return element.mass_quadrature()
@@ -321,11 +325,11 @@ def _fine(kind: str) -> Rule:
 
 
 def spread_of(case: Case, mesh: Mesh, profile: Profile) -> Spread:
-    """What a mesh makes of a constant of the material of a case."""
+    """Return the statistics on a mesh of a constant of the material of a case."""
     own, fine = _rule(mesh), _fine(mesh.kind)
-    X, w = places(mesh, fine), integration(mesh, rule=fine).w
+    X, w = places(mesh, fine), integrate_cells(mesh, rule=fine).w
     c = values(profile, X)
-    coarse = values(profile, places(mesh, own)) * integration(mesh, rule=own).w
+    coarse = values(profile, places(mesh, own)) * integrate_cells(mesh, rule=own).w
     each, total = (c * w).sum(axis=1), float(w.sum())
     seen = np.concatenate([c, values(profile, mesh.points[mesh.cells])], axis=1)
     low, high = seen.min(axis=1), seen.max(axis=1)
@@ -369,9 +373,10 @@ def _known_stiffness(case: Case, mesh: Mesh) -> Resolved | None:
 
 
 def _told(profile: Profile, found: Floats) -> Floats:
-    """What a cell may not resolve of a constant: of Poisson's ratio the modulus of pressure by that of shear.
+    """Return the quantity whose change within a cell counts: the constant, or, for Poisson's ratio, 2 (1 - nu) / (1 - 2
+    nu).
 
-    Beyond HARD it is that of a solid that keeps its volume.
+    This is the ratio of the P-wave modulus to the shear modulus, limited to about HARD (a nearly incompressible solid).
     """
     if profile.name != "poisson":
         return found
@@ -380,13 +385,13 @@ def _told(profile: Profile, found: Floats) -> Floats:
 
 
 def _outside(profile: Profile, X: Floats) -> Any:
-    """Which of the points X (m, q, 3) lie outside of a field that it is read from (m, q); None of no field."""
+    """Return which points X (m, q, 3) lie outside a field that the constant is read from (m, q); None without a field."""
     found = [loaded(field).outside(X.reshape(-1, 3)).reshape(X.shape[:-1]) for field in profile.fields]
     return np.any(found, axis=0) if found else None
 
 
 def _each(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, Spread]]:
-    """Every constant that varies, of the body and of its parts, with the name of what it is of; found once a mesh."""
+    """Yield every varying constant of the body and its parts, with the name of its owner; cached in the mesh."""
     key = spread_of, case.materials, case.leaning
     if key not in mesh.selections:
         names, found = (case.body.name, *(part.name for part in case.parts)), []
@@ -399,12 +404,14 @@ def _each(case: Case, mesh: Mesh, parts: Parts) -> Iterator[tuple[str, Profile, 
 
 
 def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
-    """The means over cells (m,) of every constant that varies somewhere in the body, SI; `each` material's cells."""
+    """Return means over cells (m,), SI, of every constant that varies in the body; `each` has the cells of one
+    material.
+    """
     names = dict.fromkeys(name for own in each for name in profiles(own.case.material))
     found = {name: np.empty(len(mesh.cells)) for name in names}
     rule = _fine(mesh.kind)
     for own in each:
-        w = integration(own.mesh, rule=rule).w
+        w = integrate_cells(own.mesh, rule=rule).w
         for name, known in found.items():
             constant = getattr(own.case.material, name)
             if isinstance(constant, Profile):
@@ -414,12 +421,14 @@ def of_cells(mesh: Mesh, each: Sequence[Part]) -> dict[str, Floats]:
 
 
 def facts(case: Case, mesh: Mesh, parts: Parts) -> dict[str, Any]:
-    """The `graded` of what a report says of a solution."""
+    """Return the `graded` part of a report."""
     return {"graded": {f"{of}.{profile.name}": spread.facts() for of, profile, spread in _each(case, mesh, parts)}}
 
 
 def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnostic]:
-    """That its element locks at the largest Poisson's ratio of its cells, where the look before did not tell."""
+    """Yield a warning if the element locks at the largest Poisson's ratio of its cells and no earlier check reported
+    it.
+    """
     before, known = (
         declared.thing.locking(declared, replace(case, other_material=replace(case.typical[0], poisson=nu), parts=()))
         for nu in (case.largest_poisson, poisson)
@@ -429,7 +438,9 @@ def _locks(declared: Declared, case: Case, poisson: float) -> Iterator[Diagnosti
 
 
 def typical(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
-    """The materials of a case with the means over their cells for what varies, of Poisson's ratio the largest."""
+    """Return the materials of a case with means over cells for varying constants; for Poisson's ratio, the largest
+    value.
+    """
     names, found = [case.body.name, *(part.name for part in case.parts)], list(case.materials)
     for of, profile, spread in _each(case, mesh, parts):
         number = names.index(of)
@@ -439,13 +450,13 @@ def typical(case: Case, mesh: Mesh, parts: Parts) -> tuple[Any, ...]:
 
 
 def lost(case: Case, mesh: Mesh, parts: Parts) -> float:
-    """The largest share of an integral of a constant that a rule of a mesh misses, where it is more than rounding."""
+    """Return the largest relative quadrature error of a constant's integral; 0 if it is only rounding."""
     found = max((spread.lost for _, _, spread in _each(case, mesh, parts)), default=0.0)
     return found if found > LOST else 0.0
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[Diagnostic]:
-    """Warnings where a mesh is too coarse for what varies, or the body reaches beyond a field."""
+    """Yield warnings where a mesh is too coarse for varying constants, or the body reaches beyond a field."""
     if any(getattr(material, "turning", False) for material in case.materials):
         from softmark.interpreter.models.shared import undefined_fiber_directions
 
@@ -453,7 +464,7 @@ def notes(declared: Declared, case: Case, mesh: Mesh, parts: Parts) -> Iterator[
             yield from undefined_fiber_directions.notes(own.case, own.mesh)
     for of, profile, spread in _each(case, mesh, parts):
         if spread.outside > BEYOND:
-            low, high = (units.show(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
+            low, high = (units.format_value(float(f"{v:.4g}"), profile.dimension) for v in spread.there)
             got = low if low == high else f"{low} to {high}"
             yield diagnostic(
                 "W336", profile.at, f"{100 * spread.outside:.3g} % of the volume of `{of}` lies outside of the field of"

@@ -1,4 +1,4 @@
-"""What a body meets at its surface: beds that it lies on, and rigid bodies; nothing is imported where there is none."""
+"""Interactions of a body's surface: foundations, ties, self-contact and rigid contacts, imported only if present."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Solid = TypeVar("Solid")
 
 
 def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
-    """The springs that it lies on, ties of its pieces and what keeps it clear of itself, by name. Raises Fault."""
+    """Return the elastic foundations, ties and self-contacts of a body, by name. Raises Fault."""
     found: dict[str, Any] = {}
     if case.beds:
         from softmark.interpreter.models.shared.foundation_setup import beds_on
@@ -42,7 +42,7 @@ def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 
 def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
-    """The energies of its contacts, by name. Raises Fault."""
+    """Return the energies of the contacts with rigid bodies, by name. Raises Fault."""
     if not case.contacts:
         return {}
     from softmark.interpreter.models.shared.rigid_contact_setup import contacts_on
@@ -53,7 +53,7 @@ def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
 def loose(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> Loose | None:
-    """What keeps a body at rest that supports leave free until it touches; None where nothing need. Raises Fault."""
+    """Return the stabilization of a body that supports leave free until it touches; None if not needed. Raises Fault."""
     if not (case.contacts or case.pairs) or isinstance(case.analysis, Dynamic):
         return None
     from softmark.interpreter.models.shared import unsupported_bodies
@@ -62,12 +62,13 @@ def loose(
 
 
 def found(solid: Any, problem: Statics) -> Equilibrium:
-    """The equilibrium of a solid that touches, and where a rigid body that loads press is. Raises NotConverged."""
+    """Find the equilibrium of a solid in contact, and the position of a force-driven rigid body. Raises NotConverged."""
     from softmark.solvers.statics.barrier_continuation import PassedThrough, clear
     from softmark.solvers.statics.rigid_substeps import in_substeps, presses_on_nodes, substeps_of
     from softmark.solvers.statics.static_equilibrium import equilibrium
 
     def whole(problem: Statics) -> Equilibrium:
+        """Solve with barrier continuation, and with stabilization if supports leave the body free."""
         if solid.loose is None:
             return clear(problem, equilibrium)
         from softmark.solvers.statics.free_body_stabilization import grounded
@@ -75,6 +76,7 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
         return clear(problem, lambda own: grounded(own, equilibrium))
 
     def find(problem: Statics) -> Equilibrium:
+        """Solve in one step, or in substeps of the rigid body's motion if it has passed through the surface."""
         try:
             return whole(problem)
         except PassedThrough as failure:
@@ -98,7 +100,7 @@ def found(solid: Any, problem: Statics) -> Equilibrium:
 
 
 def _are_wide(solid: Any) -> bool:
-    """Return whether every rigid body is as wide as the facets it may press on: a narrower one fits between nodes."""
+    """Return whether every rigid body is as wide as the facets it may press on; a narrower one fits between nodes."""
     import numpy as np
 
     from softmark.interpreter.models.shared.rigid_contact_setup import longest
@@ -117,7 +119,7 @@ def _are_wide(solid: Any) -> bool:
 
 
 def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
-    """What a report says of a rigid body that loads press, of what solving it has found; nothing where none does."""
+    """Return the report of a force-driven rigid body from the solver's results `known`; empty if there is none."""
     if known is None:
         return {}
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
@@ -126,7 +128,7 @@ def told(solid: Any, known: Mapping[str, Any] | None) -> dict[str, Any]:
 
 
 def gone(case: Case, mesh: Moved | None) -> Case:
-    """A case with its rigid bodies where loads have pressed them in a state; the same where they press none."""
+    """Return a case with its force-driven rigid bodies at their positions in a state; unchanged without such bodies."""
     if mesh is None or not case.pressed:
         return case
     from softmark.interpreter.models.shared import force_driven_rigid_bodies
@@ -135,24 +137,24 @@ def gone(case: Case, mesh: Moved | None) -> Case:
 
 
 def settled(solid: Any, found: Equilibrium) -> dict[str, Touching]:
-    """The contacts of a solid as an equilibrium has them: barriers may be stiffer, and points have joined."""
+    """Return the contacts of a solid at equilibrium: barriers may be stiffer, and contact points may have been added."""
     contacts: dict[str, Touching] = solid.contacts
     return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
 
 
 def kept(solid: Any, contacts: Mapping[str, Touching], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
-    """What is said of a solid that supports leave free, in a state x (3 n,), m, and what it is free to do still."""
+    """Return warnings about a solid that supports leave free, in a state x (3 n,), m, and its remaining free motions."""
     if solid.loose is None:
         return (), ""
-    from softmark.solvers.energies.energy import Wandering
+    from softmark.solvers.energies.energy import DynamicPatternEnergy
 
-    pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, Wandering)}
+    pairs = {name: bed for name, bed in solid.beds.items() if isinstance(bed, DynamicPatternEnergy)}
     notes, adrift = solid.loose.kept(solid.declared, {**contacts, **pairs}, x)
     return notes, adrift
 
 
 def bare(solid: Any, contacts: Mapping[str, Touching]) -> Assembly:
-    """What acts on a solid, with contacts as they are: without the spring that bears nothing in the end."""
+    """Return the assembly of a solid with these contacts and without the stabilization spring."""
     known: Assembly = solid.assembly
     if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
         known = _acting(known, contacts)
@@ -160,7 +162,7 @@ def bare(solid: Any, contacts: Mapping[str, Touching]) -> Assembly:
 
 
 def keeping(solid: Solid, x: Floats) -> Solid:
-    """The same solid, whose spring, where it has one, keeps it where a state x (dofs,), m, has it."""
+    """Return the same solid with its stabilization spring, if it has one, unstressed in a state x (dofs,), m."""
     known: Any = solid
     if known.loose is None:
         return solid
@@ -171,13 +173,15 @@ def keeping(solid: Solid, x: Floats) -> Solid:
 
 
 def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
-    """The assembly with these contacts in place of its own, which are the last of the loads."""
+    """Return the assembly with its own contacts, which are its last loads, replaced by these."""
     plain = assembly.loads[: len(assembly.loads) - len(contacts)]
     return assembly.joined([*plain, *contacts.values()])
 
 
 def resumed(made: Solid, before: Moved) -> Solid:
-    """The same, whose contacts know where their rigid bodies were in the state before, and what friction left there."""
+    """Return a solid whose contacts continue from the rigid body positions and the friction history of the state
+    before.
+    """
     known: Any = made  # a dataclass with a problem, its beds and its contacts
     if not (before.beside or before.rubbed):
         return made
@@ -191,6 +195,7 @@ def resumed(made: Solid, before: Moved) -> Solid:
         beds, contacts = (friction_history.resumed(own, before.rubbed) for own in (beds, contacts))
 
     def going_on(assembly: Assembly) -> Assembly:
+        """Return an assembly with the updated foundations and contacts."""
         internal = list(assembly.internal)
         internal[len(known.solid) : len(known.solid) + len(beds)] = beds.values()
         return _acting(assembly.with_internal(internal), contacts)
@@ -202,9 +207,9 @@ def resumed(made: Solid, before: Moved) -> Solid:
 
 
 def met(solid: Any, u: Floats, contacts: Mapping[str, Touching], facts: Mapping[str, Any]) -> dict[str, Any]:
-    """What a state u (n, 3), m, of a solid has of contacts: where rigid bodies are, what friction remembers.
+    """Return the contact state of a solid after displacements u (n, 3), m.
 
-    And how stiff barriers are, and points that have joined those which are kept clear at first.
+    It has the rigid body positions, the friction history, the barrier stiffening and the added contact points.
     """
     remembered = past({**solid.beds, **contacts}, u.ravel(), solid.rubbed)
     joined = {name: contact.extra for name, contact in contacts.items() if contact.extra is not None}
@@ -213,7 +218,7 @@ def met(solid: Any, u: Floats, contacts: Mapping[str, Touching], facts: Mapping[
 
 
 def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
-    """What friction remembers after displacements u (3 n,), m; nothing where there is none."""
+    """Return the friction history after displacements u (3 n,), m; empty without friction."""
     if not any(contact.rubs for contact in contacts.values()):
         return {}
     from softmark.interpreter.models.shared.friction_history import past_of
@@ -222,7 +227,7 @@ def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
 
 
 def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed: Past) -> Carried:
-    """What acts on a solid, with what rigid bodies and its own surface do to it, and what friction remembers of it."""
+    """Add contact forces of rigid bodies, self-contact and friction to the nodal forces of a solid."""
     case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:
         from softmark.interpreter.models.postprocessing import nodal_forces
@@ -241,5 +246,5 @@ def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed
 
 
 def beside(contacts: Mapping[str, Touching]) -> dict[str, Gap]:
-    """The rigid bodies where they are, by contact."""
+    """Return the rigid bodies at their present positions, by contact."""
     return {name: contact.body for name, contact in contacts.items()}

@@ -1,4 +1,4 @@
-"""Loads on solid meshes: from what a scene says to nodal forces and follower pressures."""
+"""Loads on solid meshes: from the scene to nodal forces and follower pressures."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
 from softmark.interpreter.problem.symmetry_planes import must_not_act_on_axis, must_not_act_on_plane, must_not_turn_half
 from softmark.interpreter.vocabulary.load_words import (
-    AtPoint,
-    Follower,
-    PerArea,
-    PerLength,
-    PerMass,
-    Tensile,
-    Turning,
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    PressureLoad,
+    RemoteStress,
+    SurfaceTraction,
     Vector3,
 )
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.external_loads import DeadForces, FaceMoment, FollowerPressure
-from softmark.solvers.mesh.element_interpolation import Integration, locate
+from softmark.solvers.mesh.element_interpolation import Integration, locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 MOST_NODES = 1500  # that a moment is put on: its tangent has an entry for every pair, 0.2 GB of them
@@ -35,14 +35,14 @@ Distribution = Literal["consistent", "lumped", "uniform"]
 
 
 def together(applied: Sequence[tuple[Declared, Energy]], dofs: int) -> list[Energy]:
-    """All loads on so many degrees of freedom, dead forces in one."""
+    """Return the energies of all loads, with all dead forces merged into one."""
     found = [energy for _, energy in applied]
     dead = sum((e.f for e in found if isinstance(e, DeadForces)), np.zeros(dofs))
     return [DeadForces(dead), *(e for e in found if not isinstance(e, DeadForces))]
 
 
 def at_nodes(load: Energy, points: Floats) -> Floats:
-    """Forces (n, 3), N, of a load on the undeformed body with these nodes (n, 3), m."""
+    """Return the nodal forces (n, 3), N, of a load on the undeformed body with these nodes (n, 3), m."""
     g = np.zeros(points.size)
     load.add_gradient(np.zeros_like(g), g)
     return -g.reshape(-1, 3)
@@ -51,41 +51,44 @@ def at_nodes(load: Energy, points: Floats) -> Floats:
 def single_loads(
     case: Case, mesh: Mesh, parts: Integration, small: bool, mass: Distribution = "consistent"
 ) -> list[tuple[Declared, Energy]]:
-    """Each load with its energy at full size. `small`: pressure acts on the undeformed surface. Raises Fault."""
+    """Return each load with its energy at full size. Raises Fault.
+
+    If `small`, pressure acts on the undeformed surface.
+    """
     return [(load, _load(case, load, mesh, parts, small, mass)) for load in case.loads]
 
 
 def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: bool, mass: Distribution) -> Energy:
     dead = np.zeros((len(mesh.points), 3))
     match load.thing.action:
-        case PerMass(acceleration=g):
+        case BodyForce(acceleration=g):
             for own in pieces(case, mesh, parts):
                 weights = nodal_mass(own.mesh, own.parts, own.density, mass, case.depth)
                 dead += weights[:, None] * np.array(g)
-        case PerArea(where=where, traction=traction):
+        case SurfaceTraction(where=where, traction=traction):
             t = np.array(traction)
             surface = _surface(case, load, where, mesh)
             surface.spread(dead, lambda A: np.linalg.norm(A, axis=-1)[..., None] * t, False, case.depth)
-        case Tensile(where=where) as pull:
+        case RemoteStress(where=where) as pull:
             sigma = np.array(pull.tensor)
             _surface(case, load, where, mesh).spread(dead, lambda A: A @ sigma, True, case.depth)
-        case Follower(where=where, pressure=p) if small:
+        case PressureLoad(where=where, pressure=p) if small:
             _surface(case, load, where, mesh).spread(dead, lambda A: -p * A, True, case.depth)
-        case Follower(where=where, pressure=p):
+        case PressureLoad(where=where, pressure=p):
             facets, of_parts = _surface(case, load, where, mesh).weighted
             if case.depth:
-                from softmark.solvers.energies.axisymmetric import RevolvedPressure
+                from softmark.solvers.energies.axisymmetric import AxisymmetricPressure
 
-                return RevolvedPressure(mesh.points, facets, p, of_parts, depth=case.depth)
+                return AxisymmetricPressure(mesh.points, facets, p, of_parts, depth=case.depth)
             return FollowerPressure(mesh.points, facets, p, of_parts)
-        case Turning(where=where, moment=moment):
+        case MomentLoad(where=where, moment=moment):
             turning = _turning(case, load, where, np.array(moment), mesh)
             if not small:
                 return turning
             dead = at_nodes(turning, mesh.points)
-        case AtPoint(at=at, force=force):
+        case PointLoad(at=at, force=force):
             _at_point(dead, case, load, at, force, mesh)
-        case PerLength():
+        case LineForce():
             _along_line(dead, case, load, mesh)
         case unknown:  # refused when a scene is checked
             raise TypeError(f"no solid knows a load that acts as {type(unknown).__name__}")
@@ -93,7 +96,7 @@ def _load(case: Case, load: Declared, mesh: Mesh, parts: Integration, small: boo
 
 
 def _turning(case: Case, load: Declared, where: Condition, moment: Floats, mesh: Mesh) -> FaceMoment:
-    """A moment on a part of the surface. Raises Fault where it has too many nodes for a tangent that couples all."""
+    """Return a moment on a part of the surface. Raises Fault if its nodes are too many for a fully coupled tangent."""
     surface = _surface(case, load, where, mesh)
     if (count := len(np.unique(np.concatenate([surface.whole, surface.nodes])))) > MOST_NODES:
         raise fault(
@@ -108,10 +111,10 @@ def _turning(case: Case, load: Declared, where: Condition, moment: Floats, mesh:
 
 
 def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution, depth: float = 0.0) -> Floats:
-    """The mass that each node carries (n,), kg: rows of the consistent matrix, or its diagonal, or equal shares.
+    """Return the mass of each node (n,), kg: row sums of the consistent matrix, its diagonal, or equal shares.
 
-    `density` is a number, kg/m^3, or has one `at` every point. With a `depth`, m, of a slice through a body of
-    revolution, that of whole rings, by the consistent matrix.
+    `density` is a number, kg/m^3, or an object with a method `at`. With a `depth`, m, of a slice through a body of
+    revolution, the masses are those of whole rings, by the consistent matrix.
     """
     if mass == "uniform":
         whole = float(parts.w.sum()) * density if isinstance(density, float | int) else _massive(mesh, density)[1].sum()
@@ -121,19 +124,19 @@ def nodal_mass(mesh: Mesh, parts: Integration, density: Any, mass: Distribution,
         return lumped
     N, w, density = _massive(mesh, density)  # as the mass matrix has them: g is g at every node
     if depth:
-        from softmark.solvers.energies.axisymmetric import around
+        from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
-        w = w * around((N @ mesh.points[mesh.cells, 0][:, :, None])[:, :, 0], depth)
+        w = w * circumference_in_slices((N @ mesh.points[mesh.cells, 0][:, :, None])[:, :, 0], depth)
     carried = np.zeros(len(mesh.points))
     np.add.at(carried, mesh.cells, density * w @ N if N.ndim == 2 else density * np.einsum("mq,mqa->ma", w, N))
     return carried
 
 
 def _massive(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
-    """Shape functions (q, a) and volumes (m, q), m^3, of points that integrate masses, and the density, kg/m^3.
+    """Return shape functions (q, a), volumes (m, q), m^3, of the points of mass integrals, and the density, kg/m^3.
 
-    A density that varies is put into the volumes, which are masses then, of density one; shape functions are (m, q, a)
-    where cells need points of their own for it.
+    A varying density is multiplied into the volumes, and the returned density is one. Shape functions are (m, q, a) if
+    cells need points of their own.
     """
     from softmark.solvers.dynamics.mass_matrices import mass_points
 
@@ -144,7 +147,7 @@ def _massive(mesh: Mesh, density: Any) -> tuple[Floats, Floats, float]:
 
 
 def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution) -> Any:
-    """The mass matrix, kg: sparse (3n, 3n) where it is consistent, and else its diagonal (3n,)."""
+    """Return the mass matrix, kg: sparse (3n, 3n) if it is consistent, else its diagonal (3n,)."""
     from softmark.solvers.dynamics.mass_matrices import consistent_mass, lumped_mass
 
     if mass == "uniform":
@@ -155,9 +158,9 @@ def mass_matrix(mesh: Mesh, parts: Integration, density: Any, mass: Distribution
 
 
 def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vector3, mesh: Mesh) -> None:
-    place = locate(mesh, np.array([at]))
+    place = locate_points(mesh, np.array([at]))
     if case.shape.file and place.outside[0] > 0:
-        away = units.show(float(place.outside[0]), units.LENGTH)
+        away = units.format_value(float(place.outside[0]), units.LENGTH)
         raise fault(
             "E504",
             load.at("at"),
@@ -167,22 +170,22 @@ def _at_point(dead: Floats, case: Case, load: Declared, at: Vector3, force: Vect
         )
     if case.planar:  # spread along z, exactly for what elements have there: all z move as one
         half = 0.5 * case.body.thing.thickness / np.sqrt(3.0)
-        place = locate(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
+        place = locate_points(mesh, np.array([(*at[:2], -half), (*at[:2], half)]))
     np.add.at(dead, place.nodes, place.N[:, :, None] * (np.array(force) / len(place.nodes)))
 
 
 def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
-    """Add a force per length along a line, cell by cell. Raises Fault where it leaves the body."""
-    from softmark.solvers.mesh.mesh_line import along
+    """Add a force per length along a line, cell by cell. Raises Fault where the line leaves the body."""
+    from softmark.solvers.mesh.mesh_line import integrate_along
 
-    line: PerLength = load.thing.action
-    X, w = along(mesh, np.array(line.begin), np.array(line.end))
-    place = locate(mesh, X)
+    line: LineForce = load.thing.action
+    X, w = integrate_along(mesh, np.array(line.begin), np.array(line.end))
+    place = locate_points(mesh, X)
     if case.shape.file and (away := float(place.outside.max())) > 0.0:
         raise fault(
             "E504",
             load.at("from"),
-            f"`{load.name}` goes up to {units.show(away, units.LENGTH)} outside `{case.body.name}`",
+            f"`{load.name}` goes up to {units.format_value(away, units.LENGTH)} outside `{case.body.name}`",
             "not in the body",
             "give ends between which the undeformed body has no gap",
         )
@@ -190,11 +193,11 @@ def _along_line(dead: Floats, case: Case, load: Declared, mesh: Mesh) -> None:
 
 
 def _surface(case: Case, load: Declared, where: Condition, mesh: Mesh) -> Loaded:
-    """The same of a load, whose way of acting may not go with planes of symmetry. Raises Fault."""
+    """Return the loaded surface of a load. Raises Fault, also if the load is incompatible with planes of symmetry."""
     found = surface_of(case, load, where, mesh)
     must_not_act_on_axis(case, load, mesh.points[found.touched], mesh.points)
-    if isinstance(load.thing.action, PerArea | Tensile):  # of a pressure, the plane's support takes all
+    if isinstance(load.thing.action, SurfaceTraction | RemoteStress):  # of a pressure, the plane's support takes all
         must_not_act_on_plane(case, load, mesh.points[found.touched], mesh.points)
-    if isinstance(load.thing.action, Turning):
+    if isinstance(load.thing.action, MomentLoad):
         must_not_turn_half(case, load, mesh.points[np.concatenate([found.whole, found.nodes])], mesh.points)
     return found

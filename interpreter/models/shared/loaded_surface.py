@@ -1,4 +1,4 @@
-"""The part of the surface of a mesh that something acts on: a load, or a bed that the body lies on."""
+"""Part of the surface of a mesh that a load or an elastic foundation acts on."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Loaded:
-    """The part of the surface that a load or a bed acts on. Raises Fault where it has no area, or is no edge."""
+    """Return the surface that a load or a foundation acts on. Raises Fault if it has no area, or is not an edge."""
     found = loaded(case.shape, mesh, where)
     if found.empty:
         raise fault(
@@ -34,7 +34,7 @@ def surface_of(case: Case, acting: Declared, where: Condition, mesh: Mesh) -> Lo
 
 
 def _must_be_edge(case: Case, load: Declared, X: Floats) -> None:
-    """Raise a Fault where facets with nodes X (f, k, 3), m, of a load on a plane body are of its faces."""
+    """Raise Fault if a load on a plane body selects its faces; the facets have nodes X (f, k, 3), m."""
     z = X[..., 2]
     if bool((np.ptp(z, axis=1) <= 1e-9 * np.ptp(z)).any()):
         raise fault(

@@ -1,4 +1,4 @@
-"""The cells of a mesh by their materials: all together for a body of one, which pays nothing for those of several."""
+"""Cells of a mesh grouped by material. A body of one material is one group, at no extra cost."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Piece:
-    """The cells of one material: a case of that material alone, a mesh of these cells over all nodes.
+    """Cells of one material: a case with that material only, and a mesh of these cells over all nodes.
 
-    `which` (k,) are their numbers in the whole mesh, `number` is that of the material. Where constants vary in space
-    `sampled` gives the same with arrays for them, and keeps what they were as `graded`.
+    `which` (k,) are their indices in the whole mesh, and `number` is the index of the material. Where constants vary in
+    space, `sampled` returns the same with arrays for them, and keeps the original material as `graded`.
     """
 
     case: Case
@@ -33,7 +33,7 @@ class Piece:
 
     @property
     def density(self) -> Any:
-        """kg/m^3; a `Density` where it varies (heterogeneous_material.py)."""
+        """Density, kg/m^3; a `Density` if it varies (heterogeneous_material.py)."""
         case = self.graded or self.case
         if case.uniform:
             return case.material.density
@@ -43,9 +43,10 @@ class Piece:
 
 
 def sampled(each: tuple[Piece, ...], pressures: bool = False) -> tuple[Piece, ...]:
-    """Pieces with the constants of materials that vary at their points of integration. Raises Fault.
+    """Return the pieces with varying constants evaluated at their integration points. Raises Fault.
 
-    Where cells need other points than those of their element, `parts` are those; with `pressures` in the cells as well.
+    If cells need more points than those of their element, `parts` has these; with `pressures`, they also integrate the
+    pressures.
     """
     return each if all(own.case.uniform for own in each) else tuple(_sampled(own, pressures) for own in each)
 
@@ -86,7 +87,7 @@ def mass_points(case: Case, mesh: Mesh, which: Any) -> LocalPoints | None:
 
 
 def some_cells(mesh: Mesh, which: Any) -> Mesh:
-    """A mesh of the cells of one material: the whole, where `which` is a slice."""
+    """Return a mesh of the cells of one material; the whole mesh if `which` is a slice."""
     from softmark.interpreter.models.shared.region_cells import submesh
 
     return mesh if isinstance(which, slice) else submesh(mesh, which)
@@ -97,7 +98,7 @@ def _local(seen: Any, own: Mesh) -> LocalPoints | None:
 
 
 def must_be_mirrored(each: tuple[Piece, ...]) -> None:
-    """Pieces with fibres are what planes of symmetry make of them. Raises Fault."""
+    """Raise Fault if fibre directions are incompatible with planes of symmetry."""
     for own in each:
         case = own.graded or own.case
         if getattr(case.material, "directed", False):
@@ -108,7 +109,7 @@ def must_be_mirrored(each: tuple[Piece, ...]) -> None:
 
 
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
-    """The cells of every material that has some; of a body of one material the whole. Raises Fault."""
+    """Return the cells of every material that has some; for one material, the whole mesh. Raises Fault."""
     if not case.parts:
         return (Piece(case, mesh, parts, slice(None)),)
     from softmark.interpreter.models.shared import region_cells
@@ -117,21 +118,24 @@ def pieces(case: Case, mesh: Mesh, parts: Integration) -> tuple[Piece, ...]:
 
 
 def _whole(case: Case, mesh: Mesh) -> tuple[Piece, ...]:
-    """The cells of every material, by the quadrature of their element."""
-    from softmark.solvers.mesh.element_interpolation import integration
+    """Return the cells of every material, with the quadrature of their element."""
+    from softmark.solvers.mesh.element_interpolation import integrate_cells
 
-    return pieces(case, mesh, integration(mesh))
+    return pieces(case, mesh, integrate_cells(mesh))
 
 
 def lost(case: Case, mesh: Mesh) -> float:
-    """The largest share of an integral of a constant that varies, which the quadrature of cells misses."""
+    """Return the largest relative quadrature error of an integral of a varying constant."""
     from softmark.interpreter.models.shared import heterogeneous_material
 
     return heterogeneous_material.lost(case, mesh, partial(_whole, case, mesh))
 
 
 def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
-    """As `Case.typical`, from the cells of a mesh: files are read, and what lies beside the body does not count."""
+    """Return the representative materials as `Case.typical` does, but from the cells of a mesh.
+
+    Files are read, and values outside the body do not count.
+    """
     if case.uniform or mesh is None:
         return case.typical
     from softmark.interpreter.models.shared import heterogeneous_material
@@ -140,7 +144,7 @@ def typical(case: Case, mesh: Mesh | None) -> tuple[Any, ...]:
 
 
 def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
-    """What a report says of parts and of what varies on a mesh; nothing of a body that is the same everywhere."""
+    """Return the report of parts and of varying constants on a mesh; empty for a homogeneous body."""
     found: dict[str, Any] = {}
     if case.parts and mesh is not None:
         from softmark.interpreter.models.shared import region_cells
@@ -154,7 +158,7 @@ def facts(case: Case, mesh: Mesh | None) -> dict[str, Any]:
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Warnings about parts and about what varies on a mesh; none of a body that is the same everywhere."""
+    """Return warnings about parts and varying constants on a mesh; none for a homogeneous body."""
     found: tuple[Diagnostic, ...] = ()
     if case.parts:
         from softmark.interpreter.models.shared import region_cells
@@ -168,7 +172,10 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
 
 def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
-    """The share of its stiffness that a body in displacements u (n, 3), m, may lack: moduli vary within its cells."""
+    """Return the share of stiffness by which a body in displacements u (n, 3), m, may be softer than its cells.
+
+    The cause are moduli that vary within cells.
+    """
     if case.uniform or case.porous:
         return 0.0
     from softmark.interpreter.models.shared import stiffness_warnings
@@ -177,7 +184,10 @@ def softer_by(case: Case, mesh: Mesh, u: Any, pressures: bool) -> float:
 
 
 def stiffer_by(case: Case, mesh: Mesh, u: Any, p: Any) -> float:
-    """The share by which a body may be stiffer than its cells with pressures p (m, b), Pa, which moduli vary within."""
+    """Return the share by which a body may be stiffer than its cells with pressures p (m, b), Pa.
+
+    The cause are bulk moduli that vary within cells.
+    """
     if case.uniform or case.porous:
         return 0.0
     from softmark.interpreter.models.shared import stiffness_warnings
@@ -186,9 +196,9 @@ def stiffer_by(case: Case, mesh: Mesh, u: Any, p: Any) -> float:
 
 
 def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any, p: Any = None) -> tuple[Diagnostic, ...]:
-    """Warnings where moduli vary within cells, and the body may be softer or stiffer for it.
+    """Return warnings that a body may be softer or stiffer than its cells, because moduli vary within them.
 
-    `u` (n, 3) are displacements, m, and `p` (m, b) the pressures of cells, Pa, where these are unknowns.
+    `u` (n, 3) are displacements, m, and `p` (m, b) the pressures of cells, Pa, if these are unknowns.
     """
     if all(own.graded is None or own.case.porous for own in each):
         return ()
@@ -199,7 +209,9 @@ def softness_note(declared: Declared, each: tuple[Piece, ...], u: Any, p: Any = 
 
 
 def of_cells(case: Case, mesh: Any) -> Any:
-    """What gives the constants that vary, of the cells of a mesh that is deformed, for files; None of none."""
+    """Return a function that computes the varying constants of the cells of a deformed mesh, for files; None without
+    any.
+    """
     if case.uniform or mesh is None:
         return None
     from softmark.interpreter.models.shared import heterogeneous_material

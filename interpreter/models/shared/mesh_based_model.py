@@ -1,4 +1,4 @@
-"""What a prepared model says that solves over the nodes of a mesh."""
+"""Base class of prepared models that solve on the nodes of a mesh."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.models.shared.load_setup import at_nodes
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.mesh.element_interpolation import locate
+from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 class OnMesh:
-    """A body's `shape`, its `mesh`, and every load that is `applied` by itself, at full size."""
+    """Prepared model on a mesh: the body's `shape`, its `mesh`, and every load `applied` separately, at full size."""
 
     shape: Shape
     mesh: Mesh
     applied: tuple[tuple[Declared, Energy], ...]
 
     def after(self, before: Moved) -> Self:
-        """It starts from rest."""
+        """Return the model itself, because it starts from rest."""
         return self
 
     @property
@@ -32,9 +32,9 @@ class OnMesh:
         return self.mesh.points
 
     def forces(self) -> list[tuple[Declared, Floats]]:
-        """Of every load by itself at the nodes (n, 3), N, at rest."""
+        """Return the nodal forces (n, 3), N, of every load separately, on the undeformed body."""
         return [(load, at_nodes(energy, self.points)) for load, energy in self.applied]
 
     def outside(self, X: Floats) -> float:
-        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file."""
-        return float(locate(self.mesh, X).outside.max(initial=0.0)) if self.shape.file else 0.0
+        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m."""
+        return float(locate_points(self.mesh, X).outside.max(initial=0.0)) if self.shape.file else 0.0

@@ -1,4 +1,4 @@
-"""What is said of the cells of a mesh: their quality, and how a mesh is made worse on purpose."""
+"""Report and warnings of cell quality, and meshes with deliberately poor cells."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from softmark.interpreter.language import units
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import fault
 from softmark.solvers.elements import moment_fitted_quadrature
-from softmark.solvers.mesh.jacobian_bounds import folded_at_corners
-from softmark.solvers.mesh.mesh import Mesh, areas
-from softmark.solvers.mesh.mesh_distortion import TooPoor, distorted, qualities, worst
+from softmark.solvers.mesh.jacobian_bounds import has_folded_corner
+from softmark.solvers.mesh.mesh import Mesh, facet_areas
+from softmark.solvers.mesh.mesh_distortion import QualityTooLow, cell_qualities, distort, worst_cell
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
@@ -26,12 +26,12 @@ SLIVER = 1e-3  # quality below which a cell of a file is named
 
 
 def with_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
-    """The mesh with its nodes moved until its worst cell has the quality that the model asks for. Raises Fault."""
+    """Return the mesh with nodes moved until its worst cell has the quality that the model requests. Raises Fault."""
     if model.quality is None:
         return mesh
     try:
-        return distorted(mesh, model.quality)
-    except TooPoor as has:
+        return distort(mesh, model.quality)
+    except QualityTooLow as has:
         raise fault(
             "E508",
             declared.at("quality"),
@@ -42,34 +42,36 @@ def with_quality(mesh: Mesh, model: Fem, declared: Declared) -> Mesh:
 
 
 def mesh_facts(mesh: Mesh) -> dict[str, Any]:
-    """The `mesh` part of what a report says of a solution."""
-    return {"mesh": {"quality": worst(mesh)[0]}}
+    """Return the `mesh` part of a report."""
+    return {"mesh": {"quality": worst_cell(mesh)[0]}}
 
 
 def space_facts(shape: Shape, mesh: Mesh) -> dict[str, Any]:
-    """The `body` part of it: volume and surface of a body of which they are known, and what the mesh has of them."""
+    """Return the `body` part of a report: exact volume and surface if known, and those of the mesh."""
     if "body" not in mesh.selections:
         mesh.selections["body"] = {
             "volume_m3": shape.volume,
             "mesh_m3": float(mesh.volumes.sum()),
             "area_m2": shape.skin,
-            "mesh_m2": float(areas(mesh, *moment_fitted_quadrature.fine(mesh.element.facet.nodes)).sum()),
+            "mesh_m2": float(facet_areas(mesh, *moment_fitted_quadrature.fine(mesh.element.facet.nodes)).sum()),
         }
     return {"body": mesh.selections["body"]}
 
 
 def sliver_note(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Warnings about cells of a file that are nearly flat, or inside out at a corner."""
+    """Return warnings about cells of a file that are nearly flat, or inverted at a corner."""
     if not shape.file:
         return ()
     return (*_corner_notes(declared, mesh), *_sliver_notes(declared, shape, mesh))
 
 
 def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """A warning about hexahedra with a corner that is inside out."""
-    if not len(cells := np.flatnonzero(folded_at_corners(mesh))):
+    """Return a warning about hexahedra with an inverted corner."""
+    if not len(cells := np.flatnonzero(has_folded_corner(mesh))):
         return ()
-    place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cells[0]]].mean(axis=0))
+    place = ", ".join(
+        units.format_value(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cells[0]]].mean(axis=0)
+    )
     at = declared.at() if declared.thing.own_mesh is None else declared.at("mesh")
     many = "1 hexahedron has" if len(cells) == 1 else f"{len(cells)} hexahedra have"
     return (
@@ -82,13 +84,13 @@ def _corner_notes(declared: Declared, mesh: Mesh) -> tuple[Diagnostic, ...]:
 
 
 def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    found = qualities(_as_wide(mesh) if shape.flat else mesh)
-    found[folded_at_corners(mesh)] = 1.0  # whose quality is negative at that corner only, which is said already
+    found = cell_qualities(_as_wide(mesh) if shape.flat else mesh)
+    found[has_folded_corner(mesh)] = 1.0  # whose quality is negative at that corner only, which is said already
     count = int((found < SLIVER).sum())
     if not count:
         return ()
     cell = int(np.argmin(found))
-    place = ", ".join(units.show(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cell]].mean(axis=0))
+    place = ", ".join(units.format_value(float(c), units.LENGTH) for c in mesh.points[mesh.cells[cell]].mean(axis=0))
     at = declared.at() if declared.thing.own_mesh is None else declared.at("mesh")
     cells = "1 cell" if count == 1 else f"{count} cells"
     return (
@@ -103,7 +105,9 @@ def _sliver_notes(declared: Declared, shape: Shape, mesh: Mesh) -> tuple[Diagnos
 
 
 def _as_wide(mesh: Mesh) -> Mesh:
-    """The cells of a slice, each by itself and as thick as it is wide: its thickness says nothing of them."""
+    """Return the cells of a plane slice, each as thick as it is wide, because the thickness does not affect its
+    quality.
+    """
     corners = mesh.points[mesh.cells]
     depth = np.ptp(mesh.points[:, 2])
     corners[:, :, 2] *= (np.sqrt(np.abs(mesh.volumes) / depth) / depth)[:, None]
@@ -111,7 +115,7 @@ def _as_wide(mesh: Mesh) -> Mesh:
 
 
 def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Warnings about a mesh that fills a surface."""
+    """Return warnings about a mesh that fills a surface."""
     if not case.shape.enclosed:
         return ()
     from softmark.interpreter.models.shared import filled_mesh_notes  # nothing of it where no surface is filled
@@ -120,7 +124,7 @@ def filled_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic
 
 
 def volume_note(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """A warning where a mesh holds much less or more than the body."""
+    """Return a warning if the volume of a mesh differs much from that of the body."""
     if case.shape.volume is None:
         return ()
     lost = 1.0 - float(mesh.volumes.sum()) / case.shape.volume

@@ -1,7 +1,8 @@
-"""What every model says of itself: the words of a model derive from `Model`, and say what is otherwise.
+"""Base class `Model` of the declarations of all models, with defaults that each model overrides where it differs.
 
-Nobody asks which model one is. What a scene may put on it, how finely it solves, what it is a member of and how it is
-made plain are asked of the words; what needs arrays, of what its builder prepares (`shared/prepared_model.py`).
+No code asks which model one is. Declarations answer what a scene may apply to it, how finely it solves, which family
+it belongs to and how it is made plain. What needs arrays is answered by the prepared model
+(`shared/prepared_model.py`).
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.conforming_mesh import cuts_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import (
-    AtPoint,
-    Follower,
-    PerArea,
-    PerLength,
-    PerMass,
-    Routed,
-    Tensile,
-    Turning,
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    PressureLoad,
+    RemoteStress,
+    SurfaceTraction,
+    TendonLoad,
 )
 from softmark.interpreter.vocabulary.support_words import Hinged, Holding, Level
 
@@ -37,8 +38,8 @@ MOST = "`fem(...)` takes all"
 OF_NETWORKS = "networks take gravity, forces and lines of force on axes, and torques; `fixed`, `displaced` and `hinged`"
 UNKNOWN = "not a load that it takes"
 _SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and what to do
-    PerLength: (UNKNOWN, "use a traction on a strip; `fem(...)` and beams take lines"),
-    Routed: (
+    LineForce: (UNKNOWN, "use a traction on a strip; `fem(...)` and beams take lines"),
+    TendonLoad: (
         "it pulls at points and presses along a line, which has no limit in a solid",
         "tendons are of beams: `beam6dof(...)`; of a solid, what its end pulls may be a traction on a face",
     ),
@@ -46,10 +47,17 @@ _SOME: dict[type, tuple[str, str]] = {  # loads of some models alone: why, and w
 
 
 class Model:
-    """A model as a scene declares it, where nothing else is said."""
+    """Base class of a model as declared in a scene, with the defaults of its capabilities and properties."""
 
     # what a scene may put on it: `refusals` says so of all else, when the scene is checked
-    loads: tuple[type[Any], ...] = (PerMass, PerArea, Tensile, Follower, Turning, AtPoint)  # how they may act
+    loads: tuple[type[Any], ...] = (
+        BodyForce,
+        SurfaceTraction,
+        RemoteStress,
+        PressureLoad,
+        MomentLoad,
+        PointLoad,
+    )  # how they may act
     supports: tuple[type[Any], ...] = (Holding,)  # what they are
     bedded = False  # it takes bodies that lie on springs
     touches = False  # it takes bodies that touch others
@@ -76,69 +84,69 @@ class Model:
 
     @property
     def own_mesh(self) -> Shape | None:
-        """A mesh from a file in place of one that is made of the body's shape."""
+        """Mesh from a file, used in place of one generated from the body's shape; else None."""
         return None
 
     @property
     def other_material(self) -> Any:
-        """The material that it takes in place of the body's, None of one that takes the body's."""
+        """Material that replaces that of the body; None if the model uses the body's material."""
         return None
 
     @property
     def capped_at(self) -> int | None:
-        """Newton iterations after which a state, or a time step, is accepted, solved or not."""
+        """Number of Newton iterations after which a state or time step is accepted even if it is not converged."""
         return None
 
     @property
     def shortcuts(self) -> tuple[str, ...]:
-        """Its fields by which steps are not solved, or not in double precision, or not from rest."""
+        """Its fields that leave steps unconverged, use single precision, or do not start from rest."""
         return ()
 
     @property
     def stress_law(self) -> tuple[str, str] | str:
-        """The measure of strain and the way to keep the volume that stress follows from, or why there is none."""
+        """Strain measure and volumetric formulation from which stress follows, or a message why there is no stress."""
         return "only finite elements and beams have a stress at every point of the body"
 
     def doubts(self, declared: Declared, case: Case) -> list[Diagnostic]:
-        """What speaks against it in this case, errors and warnings that need no arrays."""
+        """Return the errors and warnings about this model in a case that need no arrays."""
         return list(self.refusals(declared, case))
 
     def scene_doubts(self, scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-        """The same that must know the whole scene."""
+        """Return the errors and warnings that need the whole scene."""
         return []
 
     def outline(self, case: Case) -> str:
-        """What will be built, on one line."""
+        """Return a one-line description of what will be built."""
         raise NotImplementedError(f"{type(self).__name__} has no outline")
 
     def kind(self, case: Case) -> ModelKind | None:
-        """What it is but for its size and Poisson's ratio; None of one that is alone of its kind."""
+        """Return the family of the model, that is all but its size and Poisson's ratio; None if it has no family."""
         return None
 
     def mesh_key(self) -> tuple[Any, ...] | None:
-        """What two models of a body must agree in to share a mesh; None of one without a mesh."""
+        """Return the key in which two models of a body must agree to share a mesh; None for a model without a mesh."""
         return None
 
     def cuts(self, case: Case, shape: Shape | None = None) -> Cuts:
-        """What its meshes must follow."""
+        """Return the planes and surfaces that its meshes must conform to."""
         return cuts_of(case, shape)
 
     def mesh_words(self, case: Case) -> str:
-        """Its mesh in words."""
+        """Return a description of its mesh."""
         return ""
 
     def plain(self, **changes: Any) -> Self:
-        """The same without what it trades for speed, and with other fields."""
+        """Return the model without the options that trade accuracy for speed, and with `changes` of its fields."""
         changed: Any = replace(self, **changes)  # type: ignore[type-var]
         made: Self = changed
         return made
 
     def orders(self) -> dict[str, int]:
-        """The order in displacements that theory gives its fields in `finely`, where the solution is smooth."""
+        """Return the theoretical convergence order of displacements for its fields in `finely`, for smooth solutions."""
         return {}
 
     def refusals(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Errors for the analysis, the loads and the supports that it does not take."""
+        """Yield errors for the analysis, loads and supports that the model does not support."""
         if not self.moves and isinstance(case.analysis, Dynamic):
             yield diagnostic("E501", declared.at(),
                              f"`{declared.name}` knows no motion, only the state of rest", "a static model",
@@ -177,11 +185,13 @@ class Model:
 
     @property
     def _most(self) -> str:
-        """What takes it, of what it does not take itself."""
+        """Help text: which models accept the loads and supports that this one does not."""
         return OF_NETWORKS if self.wired else MOST
 
     def forgets(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Errors for fluid and stress that relaxes, where it cannot follow them; a warning where steps hide them."""
+        """Yield errors for fluid and stress relaxation that the model does not support; warn if time steps are too
+        long.
+        """
         if case.porous or case.drains:
             from softmark.interpreter.models.shared import fluid_capabilities
 
@@ -194,7 +204,7 @@ class Model:
             yield from relaxation_capabilities.refusals(self, declared, case)
 
     def turns(self, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-        """Errors for supports that turn, where it cannot follow them."""
+        """Yield errors for rotating supports that the model cannot follow."""
         if any(support.thing.turns for support in case.supports):
             from softmark.interpreter.models.shared import rotating_supports
 

@@ -1,4 +1,4 @@
-"""A static analysis that starts from a disturbed state: which models can, and how each is put there."""
+"""Static analyses that start from a perturbed state: which models support them, and how each model is perturbed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What an analysis says of the state to start from."""
+    """Perturbed start state of an analysis: its kind, its amount and the seed of random numbers."""
 
     kind: str
     amount: float
@@ -26,14 +26,14 @@ class Disturbance:
 
 
 def disturbance_of(case: Case) -> Disturbance | None:
-    """The disturbance of a case, None where there is none."""
+    """Return the perturbation of a case; None if there is none."""
     analysis: Any = case.analysis
     kind = analysis.disturbed
     return None if kind == "none" else Disturbance(kind, analysis.amount, analysis.seed)
 
 
 def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
-    """What speaks against disturbing a model."""
+    """Return errors for a perturbed start of a model."""
     known = disturbance_of(case)
     if known is None:
         return []
@@ -57,7 +57,7 @@ def doubts(scene: Scene, declared: Declared, case: Case) -> list[Diagnostic]:
 
 
 def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Ints) -> Floats:
-    """Disturbed displacements (dofs,), m, with what supports impose; unknowns beyond displacements are zero."""
+    """Return perturbed displacements (dofs,), m, that satisfy the supports; unknowns other than displacements are zero."""
     import numpy as np
 
     from softmark.solvers.statics.perturbed_states import DisturbedNodes, disturbed
@@ -69,7 +69,7 @@ def solid_state(known: Disturbance, problem: Statics, points: Floats, cells: Int
 
 
 def of_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
-    """The equilibrium that a disturbed solid finds back to. Raises NotConverged."""
+    """Find the equilibrium to which a perturbed solid returns. Raises NotConverged."""
     from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
 
     state = solid_state(known, problem, points, elastic.cells)
@@ -81,9 +81,10 @@ def of_solid(known: Disturbance, problem: Statics, points: Floats, elastic: Elas
 
 
 def of_springs(known: Disturbance, problem: Statics, points: Floats, elastic: Elastic) -> Equilibrium:
-    """The same for a network of springs along the cells of `elastic`, whose law plays no part. Raises NotConverged.
+    """Find the equilibrium of a perturbed spring network along the cells of `elastic`. Raises NotConverged.
 
-    Springs do not know inside from outside: nothing but their own energy leads them, and a network that folded says so.
+    The law of `elastic` is not used. Springs do not distinguish inside from outside: only their own energy guides the
+    solution, and a network that has folded is reported.
     """
     from softmark.solvers.statics.recovery_from_perturbation import Tangled, inside_out, recovered
 
@@ -93,7 +94,10 @@ def of_springs(known: Disturbance, problem: Statics, points: Floats, elastic: El
 
 
 def of_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
-    """The same for a rod, whose sections are turned at random where it is scrambled or spun. Raises NotConverged."""
+    """Find the equilibrium of a perturbed rod. Raises NotConverged.
+
+    Its sections are rotated at random if it is scrambled or spun.
+    """
     import numpy as np
 
     from softmark.solvers.energies.rod_state import chain

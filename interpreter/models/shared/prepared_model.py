@@ -1,4 +1,4 @@
-"""A model made ready to solve, and what solving it gives: all that is asked of either stands here."""
+"""Interfaces of a prepared model, which is ready to solve, and of its solution."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ Status = Literal["converged", "capped", "read", "not_converged", "diverged", "fa
 
 
 class Moved(Protocol):
-    """A mesh and the displacements of its nodes: for files that other programs read, and for who looks at them again.
+    """Mesh with nodal displacements and contact state, for exported files and for the next state.
 
-    `shared/deformed_mesh.py` has it ready made.
+    `shared/deformed_mesh.py` has an implementation.
     """
 
     @property
     def mesh(self) -> Mesh:
-        """The mesh itself."""
+        """Undeformed mesh."""
 
     @property
     def points(self) -> Floats:
@@ -55,15 +55,15 @@ class Moved(Protocol):
 
     @property
     def kind(self) -> str:
-        """The element."""
+        """Name of the element."""
 
     @property
     def displacement(self) -> Floats:
-        """Of the nodes (n, 3), m."""
+        """Nodal displacements (n, 3), m."""
 
     @property
     def times(self) -> Floats | None:
-        """Of a motion, some (t,), s."""
+        """Times (t,), s, of stored states of a dynamic analysis."""
 
     @property
     def frames(self) -> Floats | None:
@@ -71,32 +71,32 @@ class Moved(Protocol):
 
     @property
     def pressures(self) -> Floats | None:
-        """Unknown ones (m, b), Pa, positive in tension: at four corners of each cell, or one in it."""
+        """Pressure unknowns (m, b), Pa, positive in tension: at four corners of each cell, or one per cell."""
 
     @property
     def left(self) -> Floats | None:
-        """The Newton step that would come next (n, 3), m, where it is known."""
+        """Next Newton step (n, 3), m, if known."""
 
     @property
     def rubbed(self) -> Past:
-        """What friction remembers of the states so far, by contact."""
+        """Friction history of the states so far, by contact."""
 
     @property
     def beside(self) -> Mapping[str, Gap]:
-        """Rigid bodies where they are, by the name of the contact."""
+        """Rigid bodies at their present positions, by name of the contact."""
 
     @property
     def stiffer(self) -> float:
-        """How many times as stiff as they were begun with barriers before rigid bodies are."""
+        """Factor by which the barriers of rigid contacts are stiffer than at the start."""
 
     @property
     def joined(self) -> Mapping[str, Joined]:
-        """Points of the surface that are kept clear of rigid bodies besides those which always are, by contact."""
+        """Added contact points on facets, by name of the contact."""
 
 
 @dataclass(frozen=True)
 class Spent:
-    """What a solution took by another's clock, wall and CPU, s; `most` says that it is an upper bound of that."""
+    """Wall and CPU time, s, of a solution by an external program; if `most`, they are upper bounds."""
 
     wall_s: float
     cpu_s: float
@@ -104,19 +104,19 @@ class Spent:
 
     @property
     def basis(self) -> str:
-        """By whose clock, in words."""
+        """Description of the clock."""
         return "of its whole process: an upper bound" if self.most else "by the program's own clock"
 
 
 @dataclass(frozen=True)
 class ModalErrors:
-    """Error of the time step of a motion as a sum of vibration modes, and displacements of points in each mode."""
+    """Time-step error of a dynamic analysis as a sum of vibration modes, with the displacement field of each mode."""
 
     modes: StepError
     shapes: tuple[Callable[[Floats], Floats], ...]
 
     def at(self, X: Floats, times: Floats) -> Floats:
-        """Displacement error (t, n, 3), m, of material points X (n, 3), m, at `times` (t,), s."""
+        """Return displacement errors (t, n, 3), m, of material points X (n, 3), m, at `times` (t,), s."""
         import numpy as np
 
         found = np.zeros((len(times), *X.shape))
@@ -127,7 +127,7 @@ class ModalErrors:
 
 @dataclass(frozen=True)
 class Solution:
-    """What a model found: displacements of material points, or a message that says why there are none."""
+    """Solution of a model: displacements of material points, or a message why there are none."""
 
     status: Status
     message: str | None
@@ -149,11 +149,11 @@ class Solution:
 
 
 class Prepared(Protocol):
-    """A model built for a case. `Meshless` has what a model without a mesh says."""
+    """Model built for a case. `Meshless` has the defaults of a model without a mesh."""
 
     @property
     def size(self) -> Mapping[str, int]:
-        """nodes, elements, dofs."""
+        """Numbers of nodes, elements and dofs."""
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
@@ -161,65 +161,65 @@ class Prepared(Protocol):
 
     @property
     def mesh(self) -> Mesh | None:
-        """What its supports and loads were found on; None of a model without a mesh."""
+        """Mesh on which supports and loads were evaluated; None for a model without a mesh."""
 
     @property
     def assembly(self) -> Assembly | None:
-        """Energies and loads over the displacements of all nodes of the mesh; None where its unknowns are others."""
+        """Energies and loads over the displacements of all nodes of the mesh; None if the model has other unknowns."""
 
     @property
     def points(self) -> Floats:
-        """Undeformed points that its loads act at (n, 3), m."""
+        """Undeformed points at which loads act (n, 3), m."""
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Of every load by itself at these points (n, 3), N, at rest."""
+        """Return the forces (n, 3), N, of every load separately at these points, on the undeformed body."""
 
     def outside(self, X: Floats) -> float:
-        """How far, in m, the farthest of the points X (n, 3) lies outside a mesh that was read from a file; or 0."""
+        """Return the largest distance of points X (n, 3), m, outside a mesh that was read from a file, m; else 0."""
 
     def warm(self) -> None:
-        """Compile or load whatever the solution needs, outside the clock."""
+        """Compile or load whatever the solution needs, outside the timing."""
 
     def after(self, before: Moved) -> Prepared:
-        """The same, to start from what it has found in the state before; itself where it starts from rest."""
+        """Return the model with the state before as its start; the model itself if it starts from rest."""
 
     def solve(self, watch: Watch) -> Solution:
-        """Solve from rest, or from the state before; calling it again repeats the same work."""
+        """Solve from rest, or from the state before; another call repeats the same work."""
 
 
 class Meshless:
-    """What a prepared model says that has no mesh."""
+    """Defaults of a prepared model without a mesh."""
 
     @property
     def notes(self) -> tuple[Diagnostic, ...]:
-        """None."""
+        """Warnings: none."""
         return ()
 
     @property
     def mesh(self) -> None:
-        """None."""
+        """Mesh: None."""
         return
 
     @property
     def assembly(self) -> None:
-        """None."""
+        """Assembly: None."""
         return
 
     def outside(self, X: Floats) -> float:
-        """Shapes of our own are checked before."""
+        """Return 0: points are checked earlier against the declared shape."""
         return 0.0
 
     def after(self, before: Moved) -> Self:
-        """It starts from rest."""
+        """Return the model itself, because it starts from rest."""
         return self
 
     def warm(self) -> None:
-        """Nothing to compile."""
+        """Do nothing: there is nothing to compile."""
 
 
 @dataclass
 class Workshop:
-    """Meshes that models of one run share, and the scene for a model that must know what it is judged by."""
+    """Meshes that models of one run share, and the scene, for a model that needs the metrics it is assessed by."""
 
     meshes: dict[tuple[Any, ...], Any] = field(default_factory=dict)
     seconds: dict[tuple[Any, ...], tuple[float, float]] = field(default_factory=dict)  # wall, CPU

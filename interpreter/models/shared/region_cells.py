@@ -1,7 +1,7 @@
-"""What a mesh makes of the parts of its body: the material of every cell, and by how much volume a part is missed.
+"""Cells of the regions of a body: the material of every cell, and the volume error of each region.
 
-A cell has the material of which it holds the most. Shares of cells are found as those of supports are
-(support_selection.py): exact for borders that are planes, on straight cells.
+A cell has the material that fills most of it. Fractions of cells are computed as for supports
+(support_selection.py): they are exact for plane borders and straight cells.
 """
 
 from __future__ import annotations
@@ -30,17 +30,19 @@ from softmark.solvers.mesh.mesh import Mesh
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import Prepared
 
-CUBIC: units.Dimension = units.power(units.LENGTH, 3)
+CUBIC: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 THIN = 0.25  # of a cell: more than that no curve leaves between nodes that follow it
 
 
 @dataclass(frozen=True)
 class Taken:
-    """What of a part a mesh has, m^3: `asked` of it by the scene, `taken` by its cells.
+    """Volume of a region, m^3: `asked` by the scene, and `taken` by its cells on a mesh.
 
-    `missed` lies in cells of another material, `beyond` in its own cells and not in the part; `bent` of both lies
-    between a curved border and the flat sides of cells that follow it. `beside` is the smallest volume, m^3, of the
-    body and of the other parts: what is missed of a large part may be most of a small one.
+    `missed` lies in cells of another material, and `beyond` in its own cells but outside the region. `bent` is the part
+    of
+    both between a curved border and the flat sides of the cells that follow it. `beside` is the smallest volume, m^3,
+    of
+    the body and the other regions: what is missed of a large region may be most of a small one.
     """
 
     asked: float
@@ -52,23 +54,25 @@ class Taken:
 
     @property
     def off(self) -> float:
-        """What is of the wrong material, as a part of what was asked for, or of what lies beside it if that is less."""
+        """Volume with the wrong material, relative to the region, or to the smallest neighbour if that is smaller."""
         return self._share(self.missed + self.beyond)
 
     @property
     def cut(self) -> float:
-        """The same in cells that the border cuts, beside what lies between it and the sides of others."""
+        """Part of `off` in cells that the border cuts, without that between a curved border and flat sides of cells."""
         return self._share(max(self.missed + self.beyond - self.bent, 0.0))
 
     def _share(self, wrong: float) -> float:
+        """Return a volume relative to the smaller of the region and its smallest neighbour."""
         return wrong / min(self.asked, self.beside) if wrong else 0.0
 
 
 @dataclass(frozen=True)
 class Owners:
-    """The number of the material of every cell (m,), 0 that of the body, and what is taken of each part.
+    """Index of the material of every cell (m,), 0 for the body, and the volumes of each region.
 
-    `shares` (r + 1, m) are those that every material has of each cell, that of the body first; `sizes` (m,) m^3.
+    `shares` (r + 1, m) are the volume fractions of every material in each cell, first the body; `sizes` (m,) are cell
+    volumes, m^3.
     """
 
     cells: Ints
@@ -77,14 +81,16 @@ class Owners:
     sizes: Floats
 
     def side(self, part: int) -> int:
-        """The way for a part, by its number, to lean, 1 or -1, by which more changes its material."""
+        """Return the direction, 1 (more cells) or -1 (fewer), in which assigning all cut cells of a region changes more
+        volume.
+        """
         most = _most(self.shares)
         more, less = (float(self.sizes[_leaning(self.shares, most, part, way) != most].sum()) for way in (1, -1))
         return 1 if more >= less else -1
 
 
 def pieces(case: Case, mesh: Mesh, parts: Integration) -> Iterator[tuple[Case, Mesh, Integration, Ints, int]]:
-    """The cells of every material that has some, as `Piece` has them (material_regions.py). Raises Fault."""
+    """Yield the cells of every material that has some, as fields of `Piece` (material_regions.py). Raises Fault."""
     for number, material in enumerate(case.materials):
         which = np.flatnonzero(owners(case, mesh).cells == number)
         if len(which):
@@ -104,7 +110,7 @@ def submesh(mesh: Mesh, which: Ints) -> Mesh:
 
 
 def owners(case: Case, mesh: Mesh) -> Owners:
-    """Which cell is of which material; found once for each mesh. Raises Fault for parts that overlap or are empty."""
+    """Return the material of every cell, cached in the mesh. Raises Fault for regions that overlap or are empty."""
     key = Owners, tuple((part.thing.where, part.thing.over) for part in case.parts), case.leaning
     if key not in mesh.selections:
         mesh.selections[key] = _found(case, mesh)
@@ -136,7 +142,7 @@ def _found(case: Case, mesh: Mesh) -> Owners:
 
 
 def _along(where: Condition, mesh: Mesh, share: Floats) -> Bools:
-    """Cells (m,) that have nodes on a border and none beyond it: what a curve leaves of them between nodes is thin."""
+    """Return which cells (m,) have nodes on a border but none beyond it, so that a curve cuts only a thin part of them."""
     found = np.minimum(share, 1.0 - share) <= THIN
     on = np.zeros_like(found)
     for border in where.borders:
@@ -148,7 +154,7 @@ def _along(where: Condition, mesh: Mesh, share: Floats) -> Bools:
 
 
 def _leaning(shares: Floats, most: Ints, part: int, side: int) -> Ints:
-    """The materials of cells (m,) where those that the border of a part passes are all its own, or none of them."""
+    """Return the materials of cells (m,) if all cells cut by the border of a region belong to it, or none of them."""
     own, others = shares[part], shares.copy()
     others[part] = -1.0
     crossed = (own > SMALL) & (own < 1.0 - WHOLE)
@@ -157,12 +163,13 @@ def _leaning(shares: Floats, most: Ints, part: int, side: int) -> Ints:
 
 
 def _most(shares: Floats) -> Ints:
-    """The largest share of each cell (m,); of equal ones that of the part, not of the body."""
+    """Return the material with the largest fraction of each cell (m,); among equal ones a region precedes the body."""
     found: Ints = len(shares) - 1 - np.argmax(np.round(shares, 9)[::-1], axis=0)
     return found
 
 
 def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, along: Bools, beside: float) -> Taken:
+    """Return the volumes of one region. Raises Fault if it is empty."""
     asked = float(share @ sizes)
     if asked <= SMALL * float(sizes.sum()):
         raise fault(
@@ -176,20 +183,20 @@ def _taken(part: Declared, sizes: Floats, share: Floats, own: Any, along: Bools,
 
 
 def _disjoint(case: Case, mesh: Mesh) -> None:
-    """Raises Fault where parts of different materials share a volume and none is said to lie over the other."""
+    """Raise Fault if regions of different materials share a volume and none is declared to lie over the other."""
     kind = cells_of(mesh, case.depth)
     for a, b in unordered(case):
         both = fractions(Condition.junction("and", a.thing.where, b.thing.where), kind, mesh)
         shared = float(both @ kind.sizes)
         if shared > SMALL * float(kind.sizes.sum()):
-            raise overlap(a, b, f"they share {units.show(shared, CUBIC)}")
+            raise overlap(a, b, f"they share {units.format_value(shared, CUBIC)}")
 
 
 # ------------------------------------------------------------------ what is said of it
 
 
 def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
-    """The `regions` of what a report says of a solution."""
+    """Return the `regions` part of a report."""
     found = {}
     for part, own in zip(case.parts, owners(case, mesh).taken, strict=True):
         found[part.name] = {
@@ -199,7 +206,7 @@ def facts(case: Case, mesh: Mesh) -> dict[str, Any]:
 
 
 def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """Warnings where cells do not follow a part."""
+    """Yield warnings where cells do not follow a region."""
     for part, own in zip(case.parts, owners(case, mesh).taken, strict=True):
         if own.off <= MISSED:
             continue
@@ -215,10 +222,11 @@ def notes(declared: Declared, case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
 
 
 def missed(case: Case, prepared: Prepared) -> list[tuple[float, tuple[int, int]]]:
-    """Of every part that cells do not follow what may be made of it, and how they are to lean for a bound.
+    """Return for every region that cells do not follow its relative volume error, and the side of a bounding solution.
 
-    That is what is of the wrong material where cells that the border cuts hold next to nothing of it, as a polygon
-    leaves of a circle, else without limit. They do not lean, (0, 0), where all that is missed is next to nothing.
+    The error is infinite unless the border cuts next to no volume from cells, as a polygon does from a circle. The side
+    is
+    (0, 0), which changes no cell, where the error is negligible.
     """
     if not case.parts or prepared.mesh is None:
         return []

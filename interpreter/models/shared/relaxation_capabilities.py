@@ -1,4 +1,4 @@
-"""Which models take materials whose stress relaxes, and in which analyses."""
+"""Checks of which models and analyses support viscoelastic materials."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PLAIN = {"integration": "full", "rotation": "point", "precision": "double", "sta
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Errors of a model of a body that relaxes, and a warning where steps are too long to show it."""
+    """Yield errors of a model of a viscoelastic body, and a warning if time steps are too long to resolve relaxation."""
     bad = [_unsound(material) for material in case.materials if isinstance(material, Viscous)]
     if problem := next(filter(None, bad), None):
         yield diagnostic("E360", case.body.at("material"), f"the series of `{case.body.name}` is none: {problem[0]}",
@@ -47,7 +47,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
 
 
 def _unsound(material: Viscous) -> tuple[str, str, str] | None:
-    """What is wrong with a series: problem, label, help."""
+    """Return the problem, label and help of an error about a Prony series; None if it is valid."""
     g, tau = material.g.values, material.tau.values
     if isinstance(material.law, Viscous):
         return "its law relaxes already", "a series of a series", "give it the terms of both"
@@ -61,7 +61,7 @@ def _unsound(material: Viscous) -> tuple[str, str, str] | None:
 
 
 def _whatever(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What does not go with a past."""
+    """Yield errors for options and supports that exclude viscoelastic materials."""
     for lever, plain in PLAIN.items():
         if getattr(model, lever, plain) != plain:
             given = f"{lever} = {getattr(model, lever)}"
@@ -81,7 +81,7 @@ def _of_whom(declared: Declared, case: Case) -> tuple[Location, str]:
 
 
 def _of_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What of a beam does not go with a past."""
+    """Yield errors for a viscoelastic beam."""
     if not case.uniform:
         at, named = _of_whom(declared, case)
         yield diagnostic("E362", at, f"the constants of `{named}` vary, and it relaxes",
@@ -89,7 +89,7 @@ def _of_beam(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
 
 
 def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What of a solid does not go with a past."""
+    """Yield errors for a viscoelastic solid."""
     if case.planar == "plane_stress":
         yield diagnostic("E362", case.body.at(), f"`{case.body.name}` is a plate that relaxes", "not in plane stress",
                          "use a solid that is thin, or `plane_strain`")  # fmt: skip
@@ -105,7 +105,7 @@ def _of_solid(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic
 
 
 def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> Iterator[Diagnostic]:
-    """A law that has no such part, and a measure of strain in which none is known."""
+    """Yield errors for a law without the relaxing part, or a strain measure in which that part is not defined."""
     from softmark.solvers.materials.viscoelastic_increment import part_of
 
     if material.of == "whole" and model.formulation != "displacement":
@@ -121,22 +121,22 @@ def _of_law(model: Any, declared: Declared, case: Case, material: Viscous) -> It
 
 
 def _steps(case: Case) -> Iterator[Diagnostic]:
-    """A warning where a step is longer than what it is to show."""
+    """Yield a warning if a time step is longer than the relaxation that it should resolve."""
     analysis: Any = case.analysis
     times = [tau for material in case.materials for _, tau in material.branches]
     fast = [tau for tau in times if analysis.step > COARSE * tau]
     if fast and (case.loads or any(support.thing.course is not None for support in case.supports)):
-        shown = units.show(float(f"{min(fast):.4g}"), units.TIME)
-        yield diagnostic("W369", case.body.at("material"), f"a step of {units.show(analysis.step, units.TIME)} does not"
+        shown = units.format_value(float(f"{min(fast):.4g}"), units.TIME)
+        yield diagnostic("W369", case.body.at("material"), f"a step of {units.format_value(analysis.step, units.TIME)} does not"
                          f" show what relaxes within {shown}", "resolved in the mean",
                          "what follows slowly is right, and how it comes there is not seen: compare with half the"
                          " step")  # fmt: skip
 
 
 def came_back(declared: Declared, lost: Floats, work: float, unknown: bool) -> Iterator[Diagnostic]:
-    """A warning where it is not known what is dissipated up to each time (t,), J, or where some comes back.
+    """Yield a warning if dissipated energy `lost` (t,), J, is unknown, or decreases in time.
 
-    `work` is what moves bodies, J.
+    `work` is the scale of energy in the motion, J.
     """
     from softmark.solvers.energies.viscoelastic_memory import fall_of
 

@@ -1,11 +1,11 @@
-"""Loads on rigid bodies: their weight and the forces at points of them."""
+"""Loads on rigid bodies: weight and point forces."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from softmark.interpreter.problem.body_case import Touch
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerMass
+from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad
 from softmark.solvers.contact.rigid_mass_properties import volume_of
 from softmark.solvers.contact.signed_distance import gap_of
 
@@ -16,15 +16,15 @@ def force_on(touch: Touch) -> float:
     total = 0.0
     for load in touch.loads:
         match load.thing.action:
-            case PerMass(acceleration):
+            case BodyForce(acceleration):
                 total += weighs(touch.rigid.thing) * acceleration[touch.along]
-            case AtPoint(_, force):
+            case PointLoad(_, force):
                 total += force[touch.along]
     return total
 
 
 def weighs(thing: Any) -> float:
-    """The mass of a rigid body, kg; nothing where none is said."""
+    """Return the mass of a rigid body, kg; 0 if none is declared."""
     if thing.mass is not None or thing.density is None:
         return float(thing.mass or 0.0)
     gap = gap_of(thing.shape)

@@ -1,4 +1,4 @@
-"""Contacts of a body with rigid ones: from what a scene says to energies of the nodes of its surface."""
+"""Contacts of a body with rigid bodies: from the scene to energies of the nodes of its surface."""
 
 from __future__ import annotations
 
@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from softmark.interpreter.problem.body_case import Case, Fault, Touch, fault
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, Follower, PerArea, PerLength, PerMass, Tensile
+from softmark.interpreter.vocabulary.load_words import (
+    BodyForce,
+    LineForce,
+    PointLoad,
+    PressureLoad,
+    RemoteStress,
+    SurfaceTraction,
+)
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier_law import Barrier
 from softmark.solvers.contact.rigid_contact import Touching, node_areas
@@ -20,7 +27,7 @@ from softmark.solvers.contact.rigid_transform import Pose, Posed
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.tunnelling_check import Skin, skin
 from softmark.solvers.elements.boundary_facets import FACETS
-from softmark.solvers.mesh.plane_boundary import bordering
+from softmark.solvers.mesh.plane_boundary import is_on_border
 
 if TYPE_CHECKING:
     from softmark.solvers.contact.signed_distance.distance_function import Gap
@@ -35,13 +42,18 @@ BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
 
 
 def contacts_on(case: Case, mesh: Mesh) -> dict[str, Touching]:
-    """The energy of every contact, by name. Raises Fault where one has no surface, another's, or starts overlapped."""
+    """Return the energy of every contact, by name.
+
+    Raises Fault if a contact has no surface, shares facets with another, or overlaps at the start.
+    """
     _must_be_once(case, mesh)
     return {touch.name: _touching(case, touch, mesh) for touch in case.contacts}
 
 
 def _must_be_once(case: Case, mesh: Mesh) -> None:
-    """Raises Fault where two contacts with a rigid body select the same facets; one that both cut is not the same."""
+    """Raise Fault if two contacts with a rigid body select the same whole facets; facets cut by both selections are
+    allowed.
+    """
     for i, later in enumerate(case.contacts):
         for first in (c for c in case.contacts[:i] if c.rigid.name == later.rigid.name):
             own, others = (loaded(case.shape, mesh, t.thing.where).whole for t in (later, first))
@@ -58,23 +70,23 @@ def _must_be_once(case: Case, mesh: Mesh) -> None:
 
 @dataclass(frozen=True)
 class Moving:
-    """A rigid body where it has been taken at a share of the load: turned first, and then shifted."""
+    """Prescribed position of a rigid body at a load fraction: first rotated, then shifted."""
 
     gap: Gap
     touch: Touch
 
     def __call__(self, share: float) -> Gap:
-        """Where it is."""
+        """Return the gap function of the rigid body at its position."""
         pose = pose_at(self.touch, share)
         return self.gap if pose is None else Posed(self.gap, pose)
 
     def pose(self, share: float) -> Pose:
-        """Its motion from where it is declared."""
+        """Return its motion from where it is declared."""
         return pose_at(self.touch, share) or Pose()
 
 
 def pose_at(touch: Touch, share: float) -> Pose | None:
-    """Where supports and loads have taken a rigid body at a share of the load; None where it is declared."""
+    """Return the motion of a rigid body by supports and loads at a load fraction; None if it is where it was declared."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
         shift[touch.along] = share * touch.gone
@@ -89,20 +101,21 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
 
 
 def size_of(case: Case, mesh: Mesh) -> float:
-    """The diagonal of the box around a body, m; of a slice in its plane, whatever thickness forces are told of."""
+    """Return the diagonal of the bounding box of a body, m; for a slice, that in its plane, independent of thickness."""
     return float(np.linalg.norm(np.ptp(mesh.points[:, :2], axis=0))) if case.planar else mesh.extent
 
 
 def barrier_of(case: Case, touch: Touch, mesh: Mesh) -> Barrier:
-    """As thin as the size of the body and the way of what supports move ask, and as stiff as the body is."""
+    """Return the barrier of a contact: its distance from body size and prescribed motion, its stiffness from the body."""
     return Barrier(touch.thing.distance or _thin(case, touch, mesh), BEARS * case.largest_young)
 
 
 def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
-    """Distance at which a barrier begins, m, so small that the gap which it leaves is next to nothing.
+    """Return the distance at which a barrier begins, m, so small that the remaining gap is negligible.
 
-    At rest it is a small part of the motion that supports prescribe, or where they prescribe none, of the one that
-    forces cause.
+    In static analyses it is a small fraction of the prescribed support motion, or, if there is none, of the compression
+    by
+    loads.
     """
     extent = size_of(case, mesh)
     if isinstance(case.analysis, Dynamic):
@@ -114,9 +127,9 @@ def _thin(case: Case, touch: Touch, mesh: Mesh) -> float:
 
 
 def _compression(case: Case, mesh: Mesh) -> float:
-    """Shortening of the body under its loads, m; 0 where a load has no force.
+    """Return an estimate of the shortening of the body under its loads, m; 0 if no load has a force.
 
-    F L^2 / (E V) of a bar of the same length L, volume V and largest Young's modulus E: bending moves more.
+    It is F L^2 / (E V) of a bar of the same length L, volume V and largest Young's modulus E; bending moves more.
     """
     volume = abs(float(mesh.volumes.sum()))
     total = sum(_force_of(load.thing.action, case, mesh, volume) for load in case.loads)
@@ -124,23 +137,24 @@ def _compression(case: Case, mesh: Mesh) -> float:
 
 
 def _force_of(action: object, case: Case, mesh: Mesh, volume: float) -> float:
-    """Size of the force of a load, N; 0 of moments, tendons and kinds that are not known here."""
+    """Return the magnitude of the force of a load, N; 0 for moments, tendons and unknown kinds."""
     match action:
-        case PerMass(acceleration):
+        case BodyForce(acceleration):
             density = max(material.density or 0.0 for material in case.typical)
             return density * volume * math.hypot(*acceleration)
-        case AtPoint(_, force):
+        case PointLoad(_, force):
             return math.hypot(*force)
-        case PerLength() as line:
+        case LineForce() as line:
             return line.length * math.hypot(*line.force)
-        case PerArea(where, traction):
+        case SurfaceTraction(where, traction):
             return math.hypot(*traction) * loaded(case.shape, mesh, where).area_of(case.depth)
-        case Tensile(where, stress, _) | Follower(where, stress):
+        case RemoteStress(where, stress, _) | PressureLoad(where, stress):
             return abs(stress) * loaded(case.shape, mesh, where).area_of(case.depth)
     return 0.0
 
 
 def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
+    """Return the energy of one contact, with friction if declared."""
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
     _must_meet_the_plane(case, touch, gap)
@@ -169,15 +183,15 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
 
 
 def _skin(case: Case, mesh: Mesh) -> Skin:
-    """All that a rigid body may come in by or leave."""
+    """Return the surface through which a rigid body may enter or leave the body."""
     facets = np.asarray(mesh.facets)
-    return skin(mesh.points, facets[bordering(mesh.points, facets, case.depth > 0.0)] if case.planar else facets)
+    return skin(mesh.points, facets[is_on_border(mesh.points, facets, case.depth > 0.0)] if case.planar else facets)
 
 
 def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
-    """Of the lattice on facets (f, a) that keeps clear of a rigid body; 0 where their nodes are enough.
+    """Return the subdivision of the lattice of contact points on facets (f, a); 0 if their nodes are enough.
 
-    Of what is plane there is no sharper lattice than facets need.
+    For plane bodies the lattice is no finer than facets need.
     """
     facet = FACETS[facets.shape[1]]
     steps = 1 + (facet.nodes > facet.corners)
@@ -187,15 +201,15 @@ def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
 
 
 def longest(points: Floats, facets: Ints) -> float:
-    """The longest side of the triangles that facets (f, a) are split into, m."""
+    """Return the longest side of the triangles that facets (f, a) are split into, m."""
     corners = points[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
 
 
 def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
-    """Whether a body has edges or tips that are sharper than facets are with so many parts between two nodes.
+    """Return whether a rigid body has edges or tips that are sharper than facets subdivided into `steps` parts.
 
-    What is blunter cuts in by no more than an eighth of the way from point to point: facets follow it.
+    A blunter body penetrates by at most an eighth of the distance between points, which facets can follow.
     """
     facet = FACETS[facets.shape[1]]
     parts = max(1, steps // (1 + (facet.nodes > facet.corners)))
@@ -203,7 +217,7 @@ def _sharper(gap: Gap, points: Floats, facets: Ints, steps: int) -> bool:
 
 
 def _finer(gap: Gap | None, longest: float) -> int:
-    """Into how many parts edges of that length, m, are split to meet what is sharper."""
+    """Return the number of parts of edges of the length `longest`, m, that a sharp rigid body requires."""
     from softmark.solvers.contact.facet_contact_points import MOST
 
     sharpest = np.inf if gap is None else gap.sharpest
@@ -211,7 +225,7 @@ def _finer(gap: Gap | None, longest: float) -> int:
 
 
 def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
-    """Raises Fault where a rigid body of a file lies beside the plane of the body: of others the check says so."""
+    """Raise Fault if a rigid body from a file lies outside the plane of the body; other shapes are checked earlier."""
     points = getattr(gap, "points", None)
     if points is None:
         return
@@ -223,7 +237,7 @@ def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
 
 
 def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
-    """Raises Fault where a rigid body overlaps the body before anything has moved."""
+    """Raise Fault if a rigid body overlaps the body at the start."""
     rest, start = np.zeros(int(made.stencils.max()) + 1), made.at(0.0)
     g = start.gaps(rest)
     deepest = int(g.argmin())
@@ -231,8 +245,8 @@ def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
         return
     from softmark.interpreter.language import units
 
-    at = units.show_all(start.places(rest)[deepest].tolist(), units.LENGTH)
-    deep = units.show(float(-g[deepest]), units.LENGTH)
+    at = units.format_vector(start.places(rest)[deepest].tolist(), units.LENGTH)
+    deep = units.format_value(float(-g[deepest]), units.LENGTH)
     raise fault(
         "E611",
         touch.at(),
@@ -243,16 +257,16 @@ def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
 
 
 def plane_modulus(case: Case) -> float:
-    """E / (1 - nu^2) of the stiffest material of a body, Pa: how its surface resists what presses on it."""
+    """Return the plane strain modulus E / (1 - nu^2) of the stiffest material of a body, Pa."""
     return max(2.0 * float(m.shear_modulus) / (1.0 - float(m.poisson)) for m in case.typical)
 
 
 def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
-    """The facets that may touch (k, a). Raises Fault if there are none."""
+    """Return the facets that may come into contact (k, a). Raises Fault if there are none."""
     facets = loaded(case.shape, mesh, touch.thing.where).touched
     facets = np.unique(facets, axis=0)
     if case.planar:
-        facets = facets[bordering(mesh.points, facets, case.depth > 0.0)]
+        facets = facets[is_on_border(mesh.points, facets, case.depth > 0.0)]
     free = ~_held(case, mesh)
     facets = facets[free[facets].any(axis=1)]
     if not len(facets):
@@ -267,7 +281,7 @@ def _surface(case: Case, touch: Touch, mesh: Mesh) -> Ints:
 
 
 def _still(case: Case, mesh: Mesh) -> Bools:
-    """Which nodes (n,) supports hold in every way: a rigid body may lie on them, and they on it, for neither goes."""
+    """Return which nodes (n,) supports hold in all components; a rigid body may lie on them, because neither moves."""
     from softmark.interpreter.models.shared.support_constraints import selected
 
     held: Bools = np.zeros((len(mesh.points), 3), dtype=np.bool_)
@@ -277,7 +291,7 @@ def _still(case: Case, mesh: Mesh) -> Bools:
 
 
 def _held(case: Case, mesh: Mesh) -> Bools:
-    """Which nodes (n,) named supports hold: a facet all of whose nodes are held touches nothing."""
+    """Return which nodes (n,) named supports hold; a facet with only such nodes is not in contact."""
     from softmark.interpreter.models.shared.support_constraints import selected
 
     found: Bools = np.zeros(len(mesh.points), dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Rigid bodies that pass through each other in a motion: nothing keeps them apart, and they are told."""
+"""Detection of rigid bodies that pass through each other in a motion; nothing prevents it, so a warning reports it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DEEP = 0.01  # of the largest side of that: what is less is a touch
 
 @dataclass(frozen=True)
 class Thing:
-    """A rigid body with what tells where it is: `states` (t, 18) of a free one (`MotionBeside`), or its `course`."""
+    """Rigid body with its motion: `states` (t, 18) of a free body, or the `course` of a prescribed one."""
 
     touch: Touch
     gap: Gap
@@ -36,7 +36,7 @@ class Thing:
     states: Floats | None
 
     def moved(self, X: Floats, i: int) -> Floats:
-        """Where points X (n, 3), m, of a free body as it is declared are at a time."""
+        """Return the positions of points X (n, 3), m, of a free body as declared, at the time with index i."""
         assert self.states is not None
         now, was = self.states[i], self.states[0]
         own = (X - was[:3]) @ was[3:12].reshape(3, 3)
@@ -44,7 +44,7 @@ class Thing:
         return found
 
     def inside(self, x: Floats, i: int, time: float) -> Floats:
-        """Minus its gap at points x (n, 3) of space at a time (n,), m."""
+        """Return the penetration depth (n,), m, of points x (n, 3) in space at a time; negative outside."""
         if self.states is None:
             pose = pose_at(self.touch, self.course.at(time)) or Pose()
             return -self.gap.gap(pose.back(x))
@@ -56,9 +56,9 @@ class Thing:
 def passing(
     touches: Mapping[str, tuple[Touch, Course]], names: tuple[str, ...], times: Floats, states: Floats
 ) -> tuple[Diagnostic, ...]:
-    """A warning for every two rigid bodies, by name, of which one is in the other at one of some times (t,), s.
+    """Return a warning for every pair of rigid bodies that overlap at one of some times (t,), s.
 
-    `states` (t, b, 18) are those of the free ones of these names.
+    `states` (t, b, 18) are those of the free bodies `names`.
     """
     things = []
     for name, (touch, course) in touches.items():
@@ -71,7 +71,7 @@ def passing(
 
 
 def _met(one: Thing, other: Thing, times: Floats) -> Diagnostic | None:
-    """Of a free body and another."""
+    """Return a warning if a free body and another body overlap at any time."""
     if (bounds := one.touch.rigid.thing.shape.bounds) is None:
         return None
     sides = [np.linspace(a, b, 2 * PARTS + 1)[1::2] for a, b in zip(*bounds, strict=True)]
@@ -85,7 +85,7 @@ def _met(one: Thing, other: Thing, times: Floats) -> Diagnostic | None:
                 "W639",
                 first.at(),
                 f"`{first.name}` passes through `{second.name}`: rigid bodies do not keep clear of each other",
-                f"in each other at {units.show(time, units.TIME)}",
+                f"in each other at {units.format_value(time, units.TIME)}",
                 "let one of them deform, or end the motion before",
             )
     return None

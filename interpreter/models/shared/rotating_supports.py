@@ -1,4 +1,4 @@
-"""Supports that turn: how their points come there with the load, and what leaves no room for that."""
+"""Rotating supports: the positions of their points at each load fraction, and the options that exclude them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EARLY = 0.381966  # share of the load at which supports must agree too: a whole 
 
 @dataclass(frozen=True)
 class OnCircles:
-    """Points X (k, 3), m, that one support turns: component `along` (k,) of each, at places (k,) among what is held."""
+    """Points X (k, 3), m, that one support rotates: components `along` (k,), at `places` (k,) of the imposed values."""
 
     support: Any
     places: Ints
@@ -37,7 +37,7 @@ class OnCircles:
 
 @dataclass(frozen=True)
 class Turns:
-    """How what is held moves with the load: in proportion to `target` (c,), and on circles."""
+    """Path of imposed displacements with the load: in proportion to `target` (c,), and on circles."""
 
     target: Floats
     circles: Sequence[OnCircles]
@@ -46,11 +46,11 @@ class Turns:
 
     @property
     def longest(self) -> float:
-        """The largest step of the load."""
+        """Largest load step."""
         return STEP / max(math.hypot(*own.support.rotation) for own in self.circles)
 
     def at(self, share: float) -> Floats:
-        """What is imposed (c,), m or rad, at a share of the load."""
+        """Return the imposed values (c,), m or rad, at a load fraction."""
         found: Floats = share * self.target
         for own in self.circles:
             found[own.places] = own.support.moved(own.X, share)[np.arange(len(own.along)), own.along]
@@ -64,9 +64,10 @@ class Turns:
 
 def turns_of(owners: Mapping[int, Declared], held: Ints, points: Floats, per_node: int,
              target: Floats) -> Turns | None:  # fmt: skip
-    """Of degrees of freedom that are `held` (c,), `per_node` of each of the nodes (n, 3), m; None where nothing turns.
+    """Return the path of imposed values on `held` degrees of freedom (c,); None if no support rotates.
 
-    `owners`: who holds each. Rotations are not on circles.
+    There are `per_node` degrees of freedom at each node (n, 3), m, and `owners` has the support of each. Rotational
+    degrees of freedom are not on circles.
     """
     own: dict[str, list[int]] = {}
     for number, dof in enumerate(held.tolist()):
@@ -81,7 +82,7 @@ def turns_of(owners: Mapping[int, Declared], held: Ints, points: Floats, per_nod
 
 
 def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Errors where a turn cannot be followed in steps from rest."""
+    """Yield errors if a rotation cannot be followed in load steps from rest."""
     for support in case.supports:
         if support.thing.turns and (why := _why(model, case)):
             yield diagnostic("E519", support.at(), f"`{declared.name}` cannot turn `{support.name}`: {why[0]}",
@@ -89,7 +90,7 @@ def refusals(model: Any, declared: Declared, case: Case) -> Iterator[Diagnostic]
 
 
 def _why(model: Any, case: Case) -> tuple[str, str] | None:
-    """Why not, and what to do."""
+    """Return the reason and the remedy; None if the rotation is supported."""
     analysis = case.analysis
     if model.reduces is not None:
         return "its fields are straight, and points that turn move on circles", f"use `{model.reduces}`"

@@ -1,4 +1,4 @@
-"""What does not take contacts of a body with itself, and ties: nothing is imported where there is none."""
+"""Checks of which models and analyses support self-contact and ties, imported only if present."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 
 def refusals(surfaced: bool, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Errors for models that are not `surfaced`, and for bodies and analyses with a past or a motion."""
+    """Yield errors for models without a mesh surface (not `surfaced`), and for viscoelastic bodies and dynamic
+    analyses.
+    """
     for pair in case.pairs:
         if not surfaced:
             yield _error(pair, f"`{declared.name}` has no surface that could touch", "no finite elements",

@@ -1,4 +1,4 @@
-"""Contacts of a body with itself and ties of its pieces: from what a scene says to energies of its surface."""
+"""Self-contact of a body and ties between its pieces: from the scene to energies of its surface."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.self_contact_words import Tied as TiedWord
 from softmark.solvers.contact.contact_surface import Skin, others, pieces_of, skin_of
 from softmark.solvers.contact.deformable_contact import Colliding, NoToolkit, toolkit
 from softmark.solvers.contact.tie_constraint import Tied, tied
-from softmark.solvers.mesh.plane_boundary import bordering
+from softmark.solvers.mesh.plane_boundary import is_on_border
 
 if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
@@ -30,11 +30,12 @@ CLOSE = 1e-8  # of the size: surfaces that are nearer touch
 
 
 def pairs_on(case: Case, mesh: Mesh) -> dict[str, Any]:
-    """The energy of every contact of the body with itself and of every tie, by name. Raises Fault."""
+    """Return the energy of every self-contact and every tie, by name. Raises Fault."""
     return {p.name: (_tied if isinstance(p.thing, TiedWord) else _colliding)(case, p, mesh) for p in case.pairs}
 
 
 def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
+    """Return the energy of one self-contact, with friction if declared."""
     pressing = _pressing(case, pair, mesh)
     if not pair.thing.friction:
         return pressing
@@ -44,6 +45,7 @@ def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
 
 
 def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
+    """Return the barrier energy of one self-contact. Raises Fault if its surfaces overlap at the start."""
     _must_be_installed(pair)
     said, several = pair.thing, int(pieces_of(mesh).max()) > 0
     parts = said.parts or (STRAIGHT if mesh.facets.shape[1] == mesh.element.facet.corners else CURVED)
@@ -62,22 +64,22 @@ def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     raise fault(
         "E631",
         pair.at("distance"),
-        f"`{pair.name}` presses from {units.show(asked, units.LENGTH)} on, and its surfaces are"
-        f" {units.show(left, units.LENGTH)} apart before anything has moved",
+        f"`{pair.name}` presses from {units.format_value(asked, units.LENGTH)} on, and its surfaces are"
+        f" {units.format_value(left, units.LENGTH)} apart before anything has moved",
         "pressed from the start",
         "take less than that, or leave `distance` out: it is then no more than the gap",
     )
 
 
 def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
-    """Of a slice, or the way around of its middle ring, m; 1 in space."""
+    """Return the thickness of a slice, or the circumference of the middle ring of a body of revolution, m; 1 in 3D."""
     if case.depth:
         return float(2.0 * np.pi * np.abs(skin.X[:, 0]).mean())
     return float(np.ptp(mesh.points[:, 2])) if case.planar else 1.0
 
 
 def _gap(pair: Declared, made: Colliding, size: float) -> float:
-    """How far surfaces are apart at the start, m, at most the distance. Raises Fault where they meet."""
+    """Return the gap between surfaces at the start, m, at most the barrier distance. Raises Fault if they meet."""
     rest = np.zeros(made.skin.M.shape[1])
     found = 0.0 if made.intersects(rest) else min(made.least(rest), made.distance)
     if found > CLOSE * size:
@@ -93,6 +95,7 @@ def _gap(pair: Declared, made: Colliding, size: float) -> float:
 
 
 def _must_be_installed(pair: Declared) -> None:
+    """Raise Fault if the package ipctk is not installed."""
     try:
         toolkit()
     except NoToolkit as error:
@@ -106,6 +109,7 @@ def _must_be_installed(pair: Declared) -> None:
 
 
 def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
+    """Return the energy of one tie. Raises Fault if it joins no surfaces."""
     said, of = pair.thing, pieces_of(mesh)
     which = _facets(case, pair, mesh)
     piece = of[mesh.facets[which, 0]]
@@ -120,7 +124,7 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
             pair.at("where" if "where" in pair.fields else ""),
             f"`{pair.name}` finds no surfaces of `{case.body.name}` that lie on each other",
             "ties nothing",
-            f"two pieces of the body must have sides that face each other within {units.show(reach, units.LENGTH)}:"
+            f"two pieces of the body must have sides that face each other within {units.format_value(reach, units.LENGTH)}:"
             " give a larger `reach`, or another `where`",
         )
     return Tied(
@@ -133,14 +137,14 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
 
 
 def _facets(case: Case, pair: Declared, mesh: Mesh) -> Ints:
-    """Numbers of the facets of the mesh that a condition selects, of a slice those of its edge. Raises Fault."""
+    """Return the indices of the mesh facets that a condition selects; for a slice, those of its edge. Raises Fault."""
     from softmark.interpreter.problem.surface_selection.loaded_surface_part import loaded
 
     rows = loaded(case.shape, mesh, pair.thing.where).touched
     known = {tuple(row): i for i, row in enumerate(np.sort(mesh.facets, axis=1).tolist())}
     found = np.array(sorted({known[tuple(row)] for row in np.sort(rows, axis=1).tolist()}), dtype=np.int64)
     if case.planar:
-        found = found[bordering(mesh.points, mesh.facets[found], case.depth > 0.0)]
+        found = found[is_on_border(mesh.points, mesh.facets[found], case.depth > 0.0)]
     if not len(found):
         raise fault(
             "E302",

@@ -1,4 +1,4 @@
-"""Surfaces that pass through each other: looked for in what has been found, by a test of its own, and told."""
+"""Detection and warning of surfaces that pass through each other in a solution, by an independent test."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
-    """How many pairs of faces pass through each other in a state x (dofs,), by contact, by a test of its own."""
-    from softmark.solvers.energies.energy import Wandering
+    """Return the number of intersecting pairs of faces in a state x (dofs,), by contact, by an independent test."""
+    from softmark.solvers.energies.energy import DynamicPatternEnergy
 
     found = {}
-    for name in (name for name, bed in beds.items() if isinstance(bed, Wandering)):
+    for name in (name for name, bed in beds.items() if isinstance(bed, DynamicPatternEnergy)):
         from softmark.solvers.independent_forces.self_intersection import crossings as passing
 
         skin = beds[name].skin
@@ -27,7 +27,7 @@ def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
 
 
 def passing(declared: Declared, facts: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """A warning of every contact whose surfaces pass through each other."""
+    """Yield a warning for every contact whose surfaces pass through each other."""
     for name, count in facts.get("crossings", {}).items():
         if count:
             yield diagnostic("W630", declared.at(),

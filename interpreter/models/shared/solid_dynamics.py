@@ -1,4 +1,4 @@
-"""Dynamic analyses of solid models: from what a scene says to a march in time, and what it leaves."""
+"""Dynamic analyses of solid models: from the scene to time integration and its solution."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from softmark.solvers.dynamics.load_amplitudes import Constant, Course
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.time_step_resolution import WRONG, Resolution, resolution, resolved
 from softmark.solvers.dynamics.trajectory import Diverged, MotionNotConverged, Touched, Trajectory
-from softmark.solvers.energies.energy import Energy, Floats, Lagging, Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats, LaggedTangentEnergy
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -50,7 +50,9 @@ REMEDY = "try a smaller step, another integrator or more damping"
 
 @dataclass(frozen=True)
 class PreparedMotion:
-    """A body in motion; `static` is the same body prepared for rest, which knows its mesh."""
+    """Dynamic analysis of a body, ready to solve; `static` is the same body prepared for a static analysis, with its
+    mesh.
+    """
 
     static: Prepared
     declared: Declared
@@ -61,23 +63,23 @@ class PreparedMotion:
 
     @property
     def touching(self) -> tuple[str, ...]:
-        """The contacts, in the order of the scene."""
+        """Names of the contacts, in the order of the scene."""
         return () if self.case is None else tuple(touch.name for touch in self.case.contacts)
 
     @property
     def rubbing(self) -> tuple[str, ...]:
-        """Those with friction, and after them pairs that have it."""
+        """Names of rigid contacts with friction, followed by self-contacts with friction."""
         meet: tuple[Any, ...] = () if self.case is None else (*self.case.contacts, *self.case.pairs)
         return tuple(touch.name for touch in meet if getattr(touch.thing, "friction", 0.0))
 
     @property
     def beds(self) -> Any:
-        """What surfaces of the body that meet are made of, by contact: of finite elements, nothing else has such."""
+        """Foundations, ties and self-contacts by name; only finite element models have them."""
         return getattr(self.static, "beds", {})
 
     @property
     def size(self) -> Mapping[str, int]:
-        """nodes, elements, dofs."""
+        """Numbers of nodes, elements and dofs."""
         return self.static.size
 
     @property
@@ -87,7 +89,7 @@ class PreparedMotion:
 
     @property
     def assembly(self) -> None:
-        """Of a state of rest alone."""
+        """Assembly: None, because it is defined only for static states."""
         return
 
     @property
@@ -96,25 +98,25 @@ class PreparedMotion:
         return self.static.points
 
     def after(self, before: Moved) -> Self:
-        """A motion has no states."""
+        """Return the analysis itself, because dynamic analyses have no states."""
         return self
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Of every load by itself at full size (n, 3), N."""
+        """Return the forces (n, 3), N, of every load separately, at full size."""
         return self.static.forces()
 
     def warm(self) -> None:
-        """Compile what the solution needs: two steps, outside the clock."""
+        """Compile what the solution needs by two time steps, outside the timing."""
         self.static.warm()
         with suppress(MotionNotConverged, StepTooLong):  # it is for the solution to say so
             march(self.problem, 2 * self.analysis.step, self.analysis.step, lambda motion: None)
 
     def outside(self, X: Floats) -> float:
-        """How far, in m, the farthest of the points X (n, 3) lies outside the mesh."""
+        """Return the largest distance of points X (n, 3), m, outside the mesh, m."""
         return self.static.outside(X)
 
     def solve(self, watch: Watch) -> Solution:
-        """March from the start to the end."""
+        """Integrate in time from the start to the end."""
         steps = int(np.ceil(self.analysis.duration / self.analysis.step - 1e-9))
         every = -(-steps // KEPT)
         keep = _Keeper(every, self._state)
@@ -132,7 +134,7 @@ class PreparedMotion:
         return self._finish(track, every)
 
     def _resolution(self) -> Resolution | None:
-        """How the step resolves the slowest vibration, or a spin where it does so worse; explicit steps resolve all."""
+        """Return how the time step resolves the slowest vibration, or a rotation if that is worse; None if explicit."""
         problem, times = self.problem, (self.analysis.duration, self.analysis.step)
         if problem.integrator.explicit:
             return None
@@ -145,24 +147,26 @@ class PreparedMotion:
         return found
 
     def _step_error(self) -> StepError | None:
-        """The error of the time step in small motions, as a sum of vibration modes; None where it is not known."""
+        """Return the time-step error of small motions as a sum of vibration modes; None if unknown."""
         from softmark.solvers.dynamics.time_step_error import step_error
 
         with np.errstate(all="ignore"):
             return step_error(self.problem, self.points, self.analysis.duration, self.analysis.step)
 
     def _mode(self, shape: Floats) -> Callable[[Floats], Floats]:
-        """Displacements (n, 3) of material points X (n, 3), m, in a mode of `shape` (dofs,)."""
+        """Return the displacement field, of material points X (n, 3), m, in a vibration mode `shape` (dofs,)."""
         from softmark.interpreter.models.shared.deformed_mesh import displacement_of
 
         assert self.mesh is not None
         return displacement_of(self.mesh, shape.reshape(-1, 3))
 
     def _step_errors(self) -> ModalErrors | None:
+        """Return the time-step error with the displacement field of each mode; None if unknown."""
         found = self._step_error()
         return None if found is None else ModalErrors(found, tuple(self._mode(s) for s in found.shapes.T))
 
     def _finish(self, track: Trajectory, every: int) -> Solution:
+        """Return the solution of a trajectory, with its report and warnings."""
         step, kept = self.analysis.step, kept_of(track, every)
         shown = self._shown(track.times[kept], np.array([track.observed[i].x for i in kept]))
         history = History(
@@ -198,7 +202,7 @@ class PreparedMotion:
         return Solution(status, message, facts, notes=notes, **known, **shown)
 
     def _followed(self, track: Trajectory) -> Followed | None:
-        """What contacts do; None where there are none."""
+        """Return the history of contacts; None if there are none."""
         if track.touched is None or self.mesh is None or self.case is None:
             return None
         from softmark.interpreter.models.postprocessing.contact_history_results import Followed
@@ -206,22 +210,22 @@ class PreparedMotion:
         own: list[Any] = [load for load in self.problem.assembly.loads if load.driven]
         small = vars(self.declared.thing).get("strain") == "small"
         contacts = dict(zip(self.touching, own, strict=True))
-        meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, Wandering)}
+        meets = {name: bed for name, bed in self.beds.items() if isinstance(bed, DynamicPatternEnergy)}
         return Followed(self.case, contacts, meets, self.mesh, track, small)
 
     def _state(self, motion: Motion) -> Floats:
-        """What is kept of a motion: displacements of the nodes (3 n,), or what others make these of."""
+        """Return what is stored of a motion: nodal displacements (3 n,), unless a subclass stores other variables."""
         return motion.x.copy()
 
     def _shown(self, times: Floats, states: Floats) -> dict[str, Any]:
-        """What a solution has of the states (t, ...) that were kept: `course`, `displacement` and, if any, `mesh`."""
+        """Return fields of the solution from stored states (t, ...): `course`, `displacement` and, if any, `mesh`."""
         from softmark.interpreter.models.shared.deformed_mesh import in_motion
 
         assert self.mesh is not None
         return in_motion(self.mesh, times, states.reshape(len(states), -1, 3))
 
     def _crossings(self, mesh: Any) -> dict[str, Any]:
-        """How many pairs of faces pass through each other, at most, in some states of the `mesh`, by contact."""
+        """Return the largest number of intersecting pairs of faces over some states of the `mesh`, by contact."""
         if mesh is None or not self.problem.meets:
             return {}
         known = [
@@ -234,20 +238,20 @@ class PreparedMotion:
 
 
 def kept_of(track: Trajectory, every: int) -> list[int]:
-    """Which states of a march are kept: every so many, and the last."""
+    """Return the indices of stored states of a trajectory: every `every`-th, and the last."""
     last = len(track.observed) - 1
     return [i for i in range(last + 1) if i % every == 0 or i == last]
 
 
 def _whole(track: Trajectory, values: NDArray[Any], step: float) -> Floats:
-    """Sums over each step that the scene asked for: the parts of one that was halved count together."""
+    """Return sums over each requested time step; the parts of a halved step count together."""
     number = np.floor((track.times[:-1] + 1e-6 * step) / step).astype(int)
     return np.asarray(np.bincount(number, weights=values), dtype=np.float64)
 
 
 @dataclass
 class _Keeper:
-    """Keeps every so many states, and for the time being the last: rows that are not kept are freed."""
+    """Observer that stores every `every`-th state, and temporarily the last; states that are not stored are freed."""
 
     every: int
     state: Callable[[Motion], Floats]
@@ -264,13 +268,13 @@ class _Keeper:
 
 @dataclass
 class _Row:
-    """A state that may be freed."""
+    """State that may be freed."""
 
     x: Floats | None
 
 
 def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
-    """The `solve` part of a report; of steps that rounding ended, as of a body on which no force acts, none is left."""
+    """Return the `solve` part of a report; residuals of solved steps are limited to the tolerance."""
     left = np.where(track.solved, np.minimum(track.residuals, tolerance), track.residuals)
     facts: dict[str, Any] = {
         "iterations": int(track.iterations.sum()),
@@ -301,10 +305,12 @@ def _facts(track: Trajectory, tolerance: float) -> dict[str, Any]:
 
 
 def _momentum(touched: Touched) -> dict[str, Any]:
-    """The balance of momentum of the body that deforms, N s: what it has gained, and what has given it that.
+    """Return the momentum balance of the deformable body, N s: its change, and the impulses that caused it.
 
-    `off` is what is missing, relative to the largest of them: solvers leave as much; where supports hold, bdf2 and
-    generalised-alpha, whose steps reach back, and implicit Euler, which has the forces of their ends, that of a step.
+    `off` is the imbalance relative to the largest of them. It is of the order of the solver tolerance. With supports,
+    it is
+    that of one time step for bdf2 and generalised-alpha, whose steps use earlier states, and for implicit Euler, which
+    evaluates forces at the end of a step.
     """
     each = dict(zip(("contacts_Ns", "loads_Ns", "supports_Ns", "damping_Ns"), touched.impulses, strict=True))
     missing = float(np.linalg.norm(touched.change - touched.impulses.sum(axis=0)))
@@ -314,7 +320,7 @@ def _momentum(touched: Touched) -> dict[str, Any]:
 
 
 def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
-    """What a report says of friction, of every contact at the times of the energies; nothing where there is none."""
+    """Return the report of friction for every contact at the times of the energies; empty without friction."""
     if not track.rubbed:
         return {}
     own = [track.rubbed[i] for i in picked(len(track.times), MOMENTS)]
@@ -324,7 +330,7 @@ def _rubbed(track: Trajectory, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tuple[Diagnostic, ...]:
-    """A warning where energy appears that nothing has brought, or where the integrator has taken most of it."""
+    """Return a warning if energy appears without a source, or if numerical damping has removed most of it."""
     found, at = track.balance, declared.at()
     if found.gained:
         problem = f"{100 * found.gain:.0f} % of the largest came from nowhere"
@@ -352,7 +358,7 @@ def _unbalanced(declared: Declared, analysis: Dynamic, track: Trajectory) -> tup
 
 
 def _came_back(declared: Declared, track: Trajectory, problem: Dynamics) -> Iterator[Diagnostic]:
-    """A warning where energy that what remembers has dissipated comes back."""
+    """Yield a warning if viscoelastic dissipation decreases."""
     if problem.remembering is None:
         return
     from softmark.interpreter.models.shared.relaxation_capabilities import came_back
@@ -362,12 +368,12 @@ def _came_back(declared: Declared, track: Trajectory, problem: Dynamics) -> Iter
 
 
 def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None) -> tuple[Diagnostic, ...]:
-    """A warning where the step is too long for the slowest vibration that loads excite."""
+    """Return a warning if the time step is too long for the slowest vibration that loads excite."""
     if found is None or not found.doubtful:
         return ()
     moves = {"vibration": "slowest vibration", "turn": "turning", "return": "way back to rest"}[found.motion]
     of = "time" if found.motion == "return" else "period"
-    period = units.show(float(f"{found.period:.3g}"), units.TIME)
+    period = units.format_value(float(f"{found.period:.3g}"), units.TIME)
     problem = (
         f"{found.steps:.2g} steps to a {of} of {period}"
         if found.steps < found.few
@@ -378,21 +384,21 @@ def _unresolved(declared: Declared, analysis: Dynamic, found: Resolution | None)
             "W362",
             declared.at(),
             f"the {moves} of `{declared.name}` is not resolved: {problem}",
-            f"a step of {units.show(analysis.step, units.TIME)}",
+            f"a step of {units.format_value(analysis.step, units.TIME)}",
             f"what has come to rest is right, and what moves is not: try a step of {_better(found, analysis)} or less",
         ),
     )
 
 
 def _better(found: Resolution, analysis: Dynamic) -> str:
-    """A step that resolves it, at one or two digits: errors fall with the step, or with its square."""
+    """Return a time step that resolves the motion, rounded; errors are proportional to the step, or to its square."""
     order = 1.0 if analysis.integrator == "implicit_euler" else 0.5
     step = min(found.period / (2.0 * found.few), analysis.step * (0.5 * WRONG / max(found.error, 1e-9)) ** order)
-    return units.show(float(f"{step:.1g}"), units.TIME)
+    return units.format_value(float(f"{step:.1g}"), units.TIME)
 
 
 def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
-    """A warning where steps were halved."""
+    """Return a warning if steps were halved."""
     if not track.events:
         return ()
     at, first = declared.at(), track.events[0]
@@ -401,14 +407,14 @@ def _events(declared: Declared, track: Trajectory) -> tuple[Diagnostic, ...]:
             "W315",
             at,
             f"`{declared.name}` had to halve its step {len(track.events)} times",
-            f"first at {units.show(first.time, units.TIME)}",
+            f"first at {units.format_value(first.time, units.TIME)}",
             first.text,
         ),
     )
 
 
 def integrator_of(analysis: Dynamic) -> Integrator:
-    """The integrator that an analysis names, with its own constants."""
+    """Return the integrator that an analysis names, with its constants."""
     cls: Any = INTEGRATORS[analysis.integrator]
     own = "spectral_radius"
     known = any(f.name == own for f in fields(cls))
@@ -427,7 +433,10 @@ def in_motion(
     rest: Statics,
     pulling: int = 0,
 ) -> PreparedMotion:
-    """A body on a mesh, with its mass (kg, matrix or diagonal) and each load by itself, the last `pulling` muscle."""
+    """Return the dynamic analysis of a body on a mesh, with its mass (kg, matrix or diagonal) and each load separately.
+
+    The last `pulling` of the `loads` are muscles.
+    """
     analysis = case.analysis
     if not isinstance(analysis, Dynamic):
         raise TypeError("the analysis is static")
@@ -437,8 +446,8 @@ def in_motion(
     driven: list[Any] = [load for load in rest.assembly.loads if load.driven]
     ways = [course_of_rigid(touch) for touch in case.contacts]
     contacts = [contact.at(way.at(0.0)).begun() for contact, way in zip(driven, ways, strict=True)]
-    meets = [energy for energy in internal if isinstance(energy, Wandering)]
-    internal = [energy for energy in internal if not isinstance(energy, Wandering)]
+    meets = [energy for energy in internal if isinstance(energy, DynamicPatternEnergy)]
+    internal = [energy for energy in internal if not isinstance(energy, DynamicPatternEnergy)]
     problem = Dynamics(
         Assembly(dofs, rest.fixed, internal, [*(energy for _, energy in loads), *contacts]),
         mass,
@@ -452,7 +461,7 @@ def in_motion(
         integrator,
         analysis.tolerance,
         analysis.max_iterations,
-        sound=next((e.sound for e in internal if isinstance(e, Lagging)), rest.sound),
+        sound=next((e.sound for e in internal if isinstance(e, LaggedTangentEnergy)), rest.sound),
         cap=(cap := declared.thing.capped_at),
         pulling=pulling,
         lagged=cap is None,  # a cap means what other programs do: Newton's own steps, so many and no more
@@ -463,7 +472,7 @@ def in_motion(
 
 
 def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
-    """Initial velocities (3 n,), m/s: of the whole body, and of its spin about the centre of mass."""
+    """Return initial velocities (3 n,), m/s, from the velocity of the body and its spin about the centre of mass."""
     weights = (mass if mass.ndim == 1 else np.asarray(mass.sum(axis=1)).ravel())[::3]
     centre = weights @ points / weights.sum()
     v: Floats = np.array(analysis.velocity) + np.cross(np.array(analysis.spin), points - centre)
@@ -471,7 +480,7 @@ def velocity(analysis: Dynamic, points: Floats, mass: Any) -> Floats:
 
 
 def must_be_followed(case: Case, analysis: Dynamic) -> None:
-    """Refuse tables that cannot be read, or do not go over the analysis. Raises Fault."""
+    """Raise Fault if the table of an amplitude cannot be read or does not cover the analysis."""
     pulling = (load for touch in case.contacts for load in touch.loads)  # on rigid bodies
     for moved in (*case.loads, *case.muscles, *case.supports, *pulling):
         if (wrong := table_fault(moved, analysis.duration)) is not None:
@@ -479,19 +488,19 @@ def must_be_followed(case: Case, analysis: Dynamic) -> None:
 
 
 def course_of(load: Declared) -> Course:
-    """How a load or support grows in time; in full from the start where the scene does not say."""
+    """Return the amplitude of a load or support; by default it acts in full from the start."""
     course: Course | None = load.thing.course
     return course or Constant()
 
 
 def course_of_rigid(touch: Touch) -> Course:
-    """The one course of a rigid body; of one that stays, whatever is steady."""
+    """Return the amplitude of a rigid body's supports; a constant if it does not move."""
     first = next((s for s in touch.moved if s.thing.moves), None)
     return Constant() if first is None else course_of(first)
 
 
 def support_course(case: Case) -> Course:
-    """The one course of all supports that move; scenes in which they differ are refused when they are checked."""
+    """Return the common amplitude of all supports that move; scenes with different ones are refused earlier."""
     moving = (s for s in case.supports if s.thing.moves and s.thing.tracked is None)
     first = next(moving, None)
     return Constant() if first is None else course_of(first)

@@ -1,4 +1,4 @@
-"""A model in several states, solved one after another as one piece of work: what a clock times."""
+"""A model in several states, solved one after another and timed as one computation."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class InTurn(Meshless):
-    """The model prepared for each state (k > 1), each to start from the one before."""
+    """Models prepared for each state (k > 1), each starting from the state before."""
 
     each: tuple[Prepared, ...]
 
     @property
     def size(self) -> Mapping[str, int]:
-        """The same in each."""
+        """Numbers of nodes, elements and dofs, equal in all states."""
         return self.each[0].size
 
     @property
@@ -32,7 +32,7 @@ class InTurn(Meshless):
         return self.each[0].points
 
     def forces(self) -> Sequence[tuple[Declared, Floats]]:
-        """Those of the last state."""
+        """Return the forces of every load in the last state."""
         return self.each[-1].forces()
 
     def warm(self) -> None:
@@ -41,7 +41,7 @@ class InTurn(Meshless):
             prepared.warm()
 
     def solve(self, watch: Watch) -> Solution:
-        """All states, up to one without an answer: the solution of the last, with the iterations of all."""
+        """Solve all states up to the first that fails; return the last solution with the iterations of all."""
         found, iterations = self.each[0].solve(watch), 0
         for prepared in self.each[1:]:
             if found.displacement is None:

@@ -1,4 +1,4 @@
-"""From a static problem to a solution: one place that turns NotConverged into words."""
+"""Conversion of a static equilibrium, or of NotConverged, to a solution."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CRITERIA = {
 
 
 def doubts(declared: Declared, found: Equilibrium) -> tuple[Diagnostic, ...]:
-    """Warnings about an equilibrium that may not be the only one."""
+    """Return warnings about an equilibrium that may not be unique."""
     at = declared.at()
     if found.facts.get("recovery", {}).get("elsewhere"):
         return (
@@ -76,9 +76,9 @@ def solution(
     finish: Callable[[Equilibrium], Solution],
     words: Callable[[Floats], str] | None = None,
 ) -> Solution:
-    """What `find` comes to; not converged, with its history, where it finds no equilibrium.
+    """Return the solution of `find`, or a not converged one with its history if no equilibrium is found.
 
-    `words` says in words which motion (dofs,) is one that nothing resists.
+    `words` describes a motion (dofs,) that nothing resists.
     """
     try:
         found = find()
@@ -90,16 +90,16 @@ def solution(
 
 
 def unresisted(X: Floats, d: Floats) -> str:
-    """A motion d (n, 3) of points X (n, 3), m, that nothing resists, in words."""
+    """Describe a motion d (n, 3) of points X (n, 3), m, that nothing resists."""
     size = np.linalg.norm(d, axis=1)
     moving = np.flatnonzero(size > 0.5 * size.max())
-    first = ", ".join(units.show_all(X[n].tolist(), units.LENGTH) for n in moving[:3])
+    first = ", ".join(units.format_vector(X[n].tolist(), units.LENGTH) for n in moving[:3])
     more = ", ..." if len(moving) > 3 else ""
     return f"nothing resists a motion of {len(moving)} of its {len(X)} nodes, at {first}{more}"
 
 
 def facts(history: tuple[Iteration, ...], residual: float | None, steps: int) -> dict[str, object]:
-    """The `solve` part of a report."""
+    """Return the `solve` part of a report."""
     shown = [
         {"phase": i.phase, "load": i.load, "residual": _number(i.residual), "length": i.length} for i in history[-200:]
     ]
@@ -117,7 +117,7 @@ def _number(value: float) -> float | None:
 
 
 def found(state: Equilibrium, displacement: Callable[[Floats], Floats]) -> Solution:
-    """A solution that met its tolerance, or one that a cap stopped."""
+    """Return the solution of an equilibrium that met its tolerance, or that a cap stopped."""
     known = facts(state.history, state.residual, state.load_steps)
     known["criterion"] = CRITERIA[state.criterion]
     known["stable"] = state.stable

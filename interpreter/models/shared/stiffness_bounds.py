@@ -38,7 +38,7 @@ class Softness:
     """Largest loss of stiffness of `cells` (k,) whose modulus varies within them.
 
     `loss` (k, 3) is the share of the modulus along three axes `ways` (k, 3, 3), rows of unit length. The cells are a
-    sample that stands for `times` as many.
+    sample that represents `times` as many.
     """
 
     cells: Ints
@@ -49,9 +49,9 @@ class Softness:
 
 @dataclass(frozen=True)
 class Moduli:
-    """Means over cells (m,): of the `shear` modulus, Pa, and of the `compliance` 1/K, 1/Pa.
+    """Means over cells (m,) of the `shear` modulus, Pa, and of the `compliance` 1/K, 1/Pa.
 
-    `spread` is the mean of a modulus times that of its inverse, 1 where it does not vary.
+    `spread` is the mean of a modulus times the mean of its inverse; it is 1 if the modulus does not vary.
     """
 
     shear: Floats
@@ -60,7 +60,7 @@ class Moduli:
 
 
 def softness(mesh: Mesh, functions: Functions, seen: Resolved) -> Softness:
-    """Return by what share harmonic means of the modulus along lines are below arithmetic ones; cached in the mesh."""
+    """Return by how much harmonic means of the modulus along lines are below arithmetic ones; cached in the mesh."""
     key = softness, functions.profiles, functions.kept
     if key not in mesh.selections:
         mesh.selections[key] = _softness(mesh, functions, seen)
@@ -138,11 +138,12 @@ def energies(mesh: Mesh, u: Floats, modulus: Floats, found: Softness | None) -> 
 
 
 def pressure_energies(mesh: Mesh, u: Floats, p: Floats | None, moduli: Moduli) -> tuple[float, float]:
-    """The energy that pressures leave out, and the strain energy of cells, both twice, J.
+    """Return twice the energy that pressures leave out, and twice the strain energy of cells, J.
 
-    `u` (n, 3), m, are displacements and `p` (m, b), Pa, pressures at the corners of cells or one in each; None where
-    they are bulk moduli times the mean change of volume. Pressures have less energy than the dilatation theta that
-    they belong to: int (K theta - p)^2 / K dV is left out, where K varies and theta does not.
+    `u` (n, 3), m, are displacements. `p` (m, b), Pa, are pressures at the corners of cells or one per cell; None means
+    bulk
+    moduli times the mean volume change. Pressures have less energy than the dilatation theta that they belong to: they
+    leave out int (K theta - p)^2 / K dV, where K varies and theta does not.
     """
     strain, V = _strains(mesh, u), mesh.volumes
     theta = np.trace(strain, axis1=1, axis2=2)
@@ -170,7 +171,7 @@ def _around(mesh: Mesh, c: Floats) -> Floats:
 
 
 def _strains(mesh: Mesh, u: Floats) -> Any:
-    """Green-Lagrange strains (m, 3, 3) in the middle of cells."""
+    """Return Green-Lagrange strains (m, 3, 3) at the centres of cells."""
     dN = mesh.element.gradient(np.array([mesh.element.centre]))[0]
     J = np.einsum("mai,aj->mij", mesh.points[mesh.cells], dN)
     H = np.einsum("mai,aj->mij", u[mesh.cells], dN) @ np.linalg.inv(J)

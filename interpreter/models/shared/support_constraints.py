@@ -1,4 +1,4 @@
-"""How supports hold a body: selections, values on degrees of freedom, conflicts, and motions left free."""
+"""Constraints by supports: selected nodes, imposed values, conflicts, and rigid motions left free."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ SAME = 1e-12  # relative difference of imposed values that rounding may make
 
 
 def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
-    """Which nodes of a mesh (n,) a support holds: all that it selects, as `case.wide` has it. Raises Fault if none."""
+    """Return which nodes of a mesh (n,) a support holds; with `case.wide`, all of cells that it cuts. Raises Fault if
+    none.
+    """
     from softmark.interpreter.models.shared.support_selection import grip  # beams, which know no meshes, come here too
 
     own = grip(owner.thing.where, mesh)
@@ -45,7 +47,7 @@ def selected(case: Case, owner: Declared, mesh: Mesh) -> np.ndarray:
 
 @dataclass
 class Held:
-    """Values that supports impose on degrees of freedom, and what they do to rigid motions about a centre."""
+    """Values that supports impose on degrees of freedom, and their constraint rows for rigid motions about a centre."""
 
     case: Case
     extent: float  # m, of the body: makes rotations comparable with displacements
@@ -56,18 +58,18 @@ class Held:
     nodes: list[Ints] = field(default_factory=lambda: [np.zeros(0, dtype=np.int64)])  # of each row; -1: of any piece
 
     def see(self, nodes: Ints, rows: Floats) -> None:
-        """Note what is seen of rigid motions by rows (r, 6), each at a node (r,)."""
+        """Add constraint rows (r, 6) for rigid motions, each at a node (r,)."""
         self.nodes.append(nodes)
         self.rows.append(rows)
 
     def of(self, piece: NDArray[np.bool_]) -> Floats:
-        """The rows (r, 6) of a piece of the body, of these nodes (n,)."""
+        """Return the constraint rows (r, 6) of a piece of the body with these nodes (n,)."""
         nodes = np.concatenate(self.nodes)
         found: Floats = np.concatenate(self.rows)[piece[nodes] | (nodes < 0)]
         return found
 
     def impose(self, dof: int, value: float, support: Declared, place: Floats, along: str, angle: bool = False) -> None:
-        """Hold a degree of freedom of a point. Raises Fault where another support holds it to another value."""
+        """Hold a degree of freedom of a point. Raises Fault if another support imposes a different value."""
         known, owner = self.values.setdefault(dof, (value, support))
         if self.case.wide:  # nodes beyond the selection are the first's that asks
             return
@@ -75,7 +77,10 @@ class Held:
             raise conflict((owner, known), (support, value), place, along, units.ANGLE if angle else units.LENGTH)
 
     def turns(self, fixed: Ints, target: Floats, points: Floats, per_node: int) -> Turns | None:
-        """How these come there, `per_node` at each of the nodes (n, 3), m, where some of them turn."""
+        """Return the path of imposed values if supports rotate, else None.
+
+        `per_node` degrees of freedom belong to each node (n, 3), m.
+        """
         if not any(support.thing.turns for support in self.case.supports):
             return None
         from softmark.interpreter.models.shared.rotating_supports import turns_of
@@ -84,7 +89,9 @@ class Held:
         return turns_of(owners, fixed, points, per_node, target)
 
     def finished(self) -> tuple[Ints, Floats]:
-        """The degrees of freedom in order, and their values. Raises Fault where a body at rest is free to move."""
+        """Return the held degrees of freedom in order, and their values. Raises Fault if a body at rest is free to
+        move.
+        """
         if len(self.values) == self.unknowns:
             raise self._rigid()
         if not (isinstance(self.case.analysis, Dynamic) or self.case.contacts):  # which touch may hold
@@ -93,7 +100,7 @@ class Held:
         return np.array(fixed, dtype=np.int64), np.array([self.values[dof][0] for dof in fixed])
 
     def _rigid(self) -> Fault:
-        """Nothing is left to deform."""
+        """Return the Fault for supports that leave no node free to deform."""
         last = self.case.named_supports[-1]
         return fault(
             "E303",
@@ -105,7 +112,8 @@ class Held:
 
 
 def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple[Ints, Floats, Turns | None]:
-    """Held degrees of freedom of a mesh (c,), their displacements (c,), m, and how they come there. Raises Fault.
+    """Return held degrees of freedom (c,), their displacements (c,), m, and the path of rotating supports. Raises
+    Fault.
 
     `measured` has the tracked points that supports may follow, by the name of their reference.
     """
@@ -119,7 +127,7 @@ def solid_supports(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> tuple
 
 
 def _chains(case: Case, mesh: Mesh) -> tuple[Chain, ...]:
-    """Chains of cells between the supports that hold rotations: those that turn, and those of all components."""
+    """Return chains of cells between supports that hold rotations: rotating ones, and those that hold all components."""
     from softmark.solvers.statics.winding import Grip, chains
 
     holds = range(2 if case.planar else 3)
@@ -132,23 +140,25 @@ def _chains(case: Case, mesh: Mesh) -> tuple[Chain, ...]:
 
 
 def held_of(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> Held:
-    """How supports hold a body on a mesh. Raises Fault."""
+    """Return the constraints of a body on a mesh. Raises Fault."""
     return _solid_held(case, mesh, measured, 1.0)
 
 
 def left_free(held: Held, piece: NDArray[np.bool_], more: list[Floats]) -> list[str]:
-    """Rigid motions of a piece of the body, of these nodes (n,), that supports, and `more` rows (r, 6) about the same
-    centre, leave free, in words."""
+    """Describe the rigid motions of a piece of the body, with these nodes (n,), that are left free.
+
+    Supports and `more` constraint rows (r, 6) about the same centre restrict them.
+    """
     return free_motions(_scaled(np.concatenate([held.of(piece), *more]), held.extent), held.centre, held.extent)
 
 
 def held_values(case: Case, mesh: Mesh, measured: Mapping[str, Any]) -> dict[int, tuple[float, Declared]]:
-    """Of every held degree of freedom what it is moved by, m, and the support that moves it. Raises Fault."""
+    """Return the imposed value, m, and the support of every held degree of freedom. Raises Fault."""
     return _solid_held(case, mesh, measured, 1.0).values
 
 
 def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: float) -> Held:
-    """What supports hold at a share of their motions. Raises Fault."""
+    """Return the constraints at a fraction of the support motions. Raises Fault."""
     held = Held(case, mesh.extent, mesh.points.mean(axis=0), mesh.points.size)
     if case.depth:  # of a body of revolution only the way along its axis is free: all else stretches rings
         held.see(np.full(5, -1), np.delete(np.eye(6), 1, axis=0))
@@ -171,18 +181,20 @@ def _solid_held(case: Case, mesh: Mesh, measured: Mapping[str, Any], share: floa
 
 
 def listed(words: list[str]) -> str:
-    """Motions in words, one after the other."""
+    """Return descriptions of motions joined to one phrase."""
     return " and to ".join((", to ".join(words[:-1]), words[-1])) if len(words) > 1 else words[0]
 
 
 def _scaled(rows: Floats, extent: float) -> Floats:
-    """Rows with turns in units of 1 / extent."""
+    """Return constraint rows with rotations in units of 1 / extent."""
     scaled: Floats = rows / extent ** np.array([0, 0, 0, 1, 1, 1])
     return scaled
 
 
 def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], share: float = 1.0) -> Floats:
-    """What a support imposes on points X (n, 3) of the undeformed body (n, 3), m, at a share. Raises Fault."""
+    """Return the displacements (n, 3), m, that a support imposes on undeformed points X (n, 3), at a share. Raises
+    Fault.
+    """
     if support.thing.tracked is not None:
         return share * _followed(support, X, measured)
     moved: Floats = support.thing.moved(X, share)
@@ -190,7 +202,9 @@ def displacements(support: Declared, X: Floats, measured: Mapping[str, Any], sha
 
 
 def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floats:
-    """Displacements (n, 3) of tracked points near the points X, interpolated by thin plate splines."""
+    """Return displacements (n, 3) of tracked points near the points X, interpolated by thin plate splines. Raises
+    Fault.
+    """
     from scipy.interpolate import RBFInterpolator
     from scipy.spatial import cKDTree
 
@@ -230,10 +244,10 @@ def _followed(support: Declared, X: Floats, measured: Mapping[str, Any]) -> Floa
 
 def conflict(first: tuple[Declared, float], second: tuple[Declared, float], place: Floats, along: str,
              unit: units.Dimension = units.LENGTH) -> Fault:  # fmt: skip
-    """Two supports that move one point in one direction, or turn it, by different amounts, m or rad."""
+    """Return the Fault for two supports that impose different values, m or rad, on one degree of freedom."""
     (one, known), (other, value) = first, second
-    at = units.show_all(place.tolist(), units.LENGTH) if np.any(place) else "(0, 0, 0) mm"
-    by = [f"{units.show(v, unit)} along {along}" if v else f"0 along {along}" for v in (known, value)]
+    at = units.format_vector(place.tolist(), units.LENGTH) if np.any(place) else "(0, 0, 0) mm"
+    by = [f"{units.format_value(v, unit)} along {along}" if v else f"0 along {along}" for v in (known, value)]
     found = fault(
         "E305",
         other.at("where"),
@@ -248,11 +262,12 @@ def conflict(first: tuple[Declared, float], second: tuple[Declared, float], plac
 
 
 def _others(along: str) -> str:
+    """Return the other two components."""
     return ", ".join(axis for axis in AXES if axis != along)
 
 
 def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> None:
-    """Raise a Fault where the supports leave a rigid motion."""
+    """Raise Fault if the supports leave a rigid motion free."""
     motions = free_motions(_scaled(rows, extent), centre, extent)
     if not motions:
         return
@@ -260,7 +275,7 @@ def must_be_held(case: Case, rows: Floats, centre: Floats, extent: float) -> Non
 
 
 def loosely(case: Case, what: str, motions: list[str]) -> Fault:
-    """That supports leave a body, or `what` of it, free to do so."""
+    """Return the Fault for supports that leave a body, or a part `what` of it, free to move."""
     at = case.named_supports[0].at() if case.named_supports else case.body.at()
     return fault(
         "E306",

@@ -1,8 +1,8 @@
-"""What part of its selection a support holds on a mesh: nodes stand for the facets and cells that they span.
+"""Part of its selection that a support holds on a mesh, where held nodes represent the facets and cells they span.
 
-A selection has a volume, an area on the surface of the body, or else a length along its edges: of each the share is
-taken that lies in cells (facets, edges) all of whose nodes are held. Exact for borders that are planes, on straight
-cells and flat facets; curved ones are followed by pieces of a fraction of a cell.
+A selection has a volume, an area on the surface, or a length along edges. Of each, the fraction in cells (facets,
+edges) with only held nodes is computed. It is exact for plane borders, straight cells and flat facets; curved borders
+are followed by pieces of a fraction of a cell.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from softmark.interpreter.problem.surface_selection.selected_pieces import (
 )
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 from softmark.solvers.mesh.simplex_clipping import Pieces
 
 if TYPE_CHECKING:
@@ -44,10 +44,10 @@ MISSED = 0.02  # of a selection: a polygon with as many sides as a mesh has arou
 
 @dataclass(frozen=True)
 class Grip:
-    """What a support holds of a mesh with n nodes.
+    """Nodes of a mesh that a support holds, compared with its selection.
 
-    `held` is the share of the selection that its nodes span, `beyond` what they span beyond it, as a part of it. A
-    selection that has no cell as a whole is a `layer` thinner than one: its part of the mesh, and that which is held.
+    `held` is the fraction of the selection that these nodes span. `beyond` is what they span outside, relative to the
+    selection. A selection without any whole cell is a `layer`: its fraction of the mesh, and the fraction that is held.
     """
 
     nodes: Bools  # (n,)
@@ -58,12 +58,12 @@ class Grip:
 
     @property
     def missed(self) -> bool:
-        """Whether something else is held than was selected."""
+        """True if the held part differs noticeably from the selection."""
         return 1.0 - self.held > MISSED or self.beyond > MISSED
 
 
 def grip(condition: Condition, mesh: Mesh) -> Grip:
-    """What a condition holds of a mesh; found once for each mesh."""
+    """Return the nodes that a condition holds on a mesh; cached in the mesh."""
     key = Grip, condition
     if key not in mesh.selections:
         mesh.selections[key] = _found(condition, mesh)
@@ -72,12 +72,12 @@ def grip(condition: Condition, mesh: Mesh) -> Grip:
 
 
 def grips(case: Case, mesh: Mesh) -> dict[str, Grip]:
-    """Those of all supports of a case, by name."""
+    """Return the held nodes of all supports of a case, by name."""
     return {support.name: grip(support.thing.where, mesh) for support in case.supports}
 
 
 def held_notes(declared: Declared, case: Case, mesh: Mesh) -> tuple[Diagnostic, ...]:
-    """Warnings where a mesh holds another part of the body than its supports select."""
+    """Return warnings where a mesh holds another part of the body than its supports select."""
     return tuple(_note(declared, name, own) for name, own in grips(case, mesh).items() if own.missed)
 
 
@@ -109,9 +109,9 @@ def _note(declared: Declared, name: str, own: Grip) -> Diagnostic:
 
 @dataclass(frozen=True)
 class _Kind:
-    """Cells, facets or edges of a mesh: nodes (m, k) of each, its size (m,), and simplices (m, s, c) of its nodes.
+    """Cells, facets or edges of a mesh: nodes (m, k) of each, size (m,), and simplices (m, s, c) of its nodes.
 
-    `members` tells which of them are of a named group.
+    `members` returns which of them belong to a named group.
     """
 
     nodes: Ints
@@ -121,7 +121,7 @@ class _Kind:
     rings: bool = False  # around the y axis: every piece counts by its distance from it
 
     def sizes_of(self, pieces: Pieces) -> Floats:
-        """By which pieces of them count (p,): in proportion to their volumes, areas or lengths."""
+        """Return the weights of pieces (p,), in proportion to their volumes, areas or lengths."""
         sizes: Floats = pieces.sizes * pieces.middles[:, 0] if self.rings else pieces.sizes
         return sizes
 
@@ -148,9 +148,10 @@ def _found(condition: Condition, mesh: Mesh) -> Grip:
 
 
 def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) -> Ints:
-    """Nodes of whole cells (c, k) that are not held, all of whose edges to held ones are selected.
+    """Return free nodes of whole cells (c, k) whose edges to held nodes are all selected.
 
-    A corner that lies outside takes the cube of how far it does from the cell's volume: nothing that could be seen.
+    A corner outside the selection changes the cell's volume fraction by the cube of its relative distance, which is too
+    small to detect.
     """
     cell, corner = np.nonzero(~held[whole])
     own = whole[cell, corner]
@@ -163,7 +164,7 @@ def _up_to_border(condition: Condition, whole: Ints, held: Bools, mesh: Mesh) ->
 
 
 def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
-    """Where what is selected has a volume and yet no whole cell: its part of all, and that of the cells held by it."""
+    """Return the volume fractions of a selection without any whole cell, and of the cells it holds; else None."""
     total, spanned = float(kind.sizes.sum()), nodes[kind.nodes].all(axis=1) & (f > SMALL)
     share = float(f @ kind.sizes) / total
     thin = kind.nodes.shape[1] >= 4 and share > SMALL and f.max() < 1.0 - WHOLE
@@ -171,7 +172,7 @@ def _layer(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float] | None:
 
 
 def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
-    """What nodes span of the selected fractions f (m,), and what they span beside it where a border passes."""
+    """Return the part of selected fractions f (m,) that nodes span, and what they span beyond, where a border passes."""
     chosen, spanned = f * kind.sizes, nodes[kind.nodes].all(axis=1)
     total = float(chosen.sum())
     held = float(chosen[spanned].sum()) / total
@@ -181,19 +182,20 @@ def _share(kind: _Kind, f: Floats, nodes: Bools) -> tuple[float, float]:
 
 
 def cells_of(mesh: Mesh, depth: float = 0.0) -> _Kind:
-    """The cells of a mesh; with a `depth`, m, of a slice through a body of revolution, as whole rings."""
+    """Return the cells of a mesh; with a `depth`, m, of a slice through a body of revolution, as whole rings."""
     corners = mesh.cells[:, : mesh.element.corners]
     simplices = corners[:, np.array(mesh.element.tetrahedra)]
     sizes = mesh.volumes
     if depth:
-        from softmark.solvers.energies.axisymmetric import around
+        from softmark.solvers.energies.axisymmetric import circumference_in_slices
 
-        parts = integration(mesh)
-        sizes = (parts.w * around(mesh.points[mesh.cells, 0] @ parts.N.T, depth)).sum(axis=1)
+        parts = integrate_cells(mesh)
+        sizes = (parts.w * circumference_in_slices(mesh.points[mesh.cells, 0] @ parts.N.T, depth)).sum(axis=1)
     return _Kind(mesh.cells, sizes, simplices, of_cells(mesh), depth > 0.0)
 
 
 def _facets(mesh: Mesh) -> _Kind:
+    """Return the facets of the surface."""
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)]  # (f, s, 3)
     whole = Pieces(mesh.points[triangles.reshape(-1, 3)], np.repeat(np.arange(len(triangles)), triangles.shape[1]))
     areas: Floats = np.bincount(whole.of, whole.sizes, minlength=len(triangles)).astype(np.float64)
@@ -201,16 +203,17 @@ def _facets(mesh: Mesh) -> _Kind:
 
 
 def _edges(mesh: Mesh) -> _Kind:
-    """Sides of the triangles of the surface, each once."""
+    """Return the sides of the triangles of the surface, each once."""
     sides = mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     return _lines(np.unique(np.sort(sides, axis=1), axis=0), mesh)
 
 
 def _lines(ends: Ints, mesh: Mesh) -> _Kind:
-    """Straight lines between nodes (m, 2), members of a group where both ends are."""
+    """Return straight lines between nodes (m, 2), which belong to a group if both ends do."""
     lengths = np.linalg.norm(mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]], axis=1)
 
     def members(name: str) -> Bools:
+        """Return which lines belong to a named group."""
         return np.asarray(of_nodes(mesh)(name)[ends].all(axis=1))
 
     return _Kind(ends, lengths, ends[:, None, :], members)
@@ -220,7 +223,7 @@ def _lines(ends: Ints, mesh: Mesh) -> _Kind:
 
 
 def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
-    """What part of each cell a condition selects (m,), from 0 to 1."""
+    """Return the fraction of each cell that a condition selects (m,), from 0 to 1."""
     if condition.groups:
         known = np.zeros(len(kind.nodes))
         for alone, which in apart(condition, kind.members):
@@ -252,9 +255,9 @@ def fractions(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
 
 
 def _followed(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
-    """Shares (m,) of curved cells of which faces lie on a border with all their nodes, and nothing beyond it; else nan.
+    """Return selected fractions (m,) of curved cells with a whole face on the border and nothing beyond it; else nan.
 
-    What such a cell has beyond the border is thin: its volume is the integral of its depth over the face.
+    The part of such a cell beyond the border is thin: its volume is the integral of its depth over the face.
     """
     found, element = np.full(len(kind.nodes), np.nan), mesh.element
     if len(condition.borders) != 1 or kind.nodes.shape[1] != element.nodes or element.nodes == element.corners:
@@ -275,7 +278,7 @@ def _followed(condition: Condition, kind: _Kind, mesh: Mesh) -> Floats:
 
 
 def _beyond(border: Border, faces: Floats, mesh: Mesh) -> Floats:
-    """The volume (f,), m^3, between outward faces with nodes (f, k, 3) and a border that lies on their inner side."""
+    """Return the volume (f,), m^3, between outward faces with nodes (f, k, 3) and a border on their inner side."""
     facet = mesh.element.facet
     xi, w = facet.quadrature()
     X = np.einsum("qk,fki->fqi", facet.shape(xi), faces)

@@ -1,4 +1,4 @@
-"""A model of which nothing is built: it has no answer, and says why."""
+"""Placeholder for a model that could not be built: it has no solution and returns the reason."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Unbuilt(Meshless):
-    """No model, and the reason."""
+    """Model that could not be built, with the reason."""
 
     reason: str
     status: Status
@@ -28,13 +28,13 @@ class Unbuilt(Meshless):
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """None (0, 3)."""
+        """Points (0, 3): none."""
         return np.zeros((0, 3))
 
     def forces(self) -> Sequence[tuple[Declared, NDArray[np.float64]]]:
-        """None: what a load comes to is not known, and is not zero."""
+        """Return no forces: the resultants of loads are unknown, not zero."""
         return ()
 
     def solve(self, watch: Watch) -> Solution:
-        """Why there is none."""
+        """Return a solution with the reason."""
         return Solution(self.status, self.reason, {})

@@ -1,7 +1,7 @@
-"""Where fibres by expressions have no direction within cells, between the points that laws are asked at.
+"""Detection of places within cells where fibre directions given by expressions are undefined.
 
-Cells are cut into parts, and parts again, until interval arithmetic shows of each that there is a direction all over
-it, or none; what stays open holds places where it vanishes or ends, such as an axis, of no volume.
+Cells are subdivided until interval arithmetic proves for each part that a direction exists in all or none of it. The
+undecided rest contains places of zero volume where the direction vanishes or is discontinuous, such as an axis.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import numpy as np
 
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import units
-from softmark.interpreter.language.interval_arithmetic import Values, over
+from softmark.interpreter.language.interval_arithmetic import Values, bound_expression
 from softmark.interpreter.language.message_builder import diagnostic
-from softmark.interpreter.language.spatial_profiles import Streams
+from softmark.interpreter.language.spatial_profiles import DirectionProfile
 from softmark.interpreter.problem.body_case import Case, fault
 from softmark.interpreter.problem.field_files import reading
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
-from softmark.solvers.mesh.element_interpolation import integration
+from softmark.solvers.mesh.element_interpolation import integrate_cells
 
 if TYPE_CHECKING:
     from softmark.solvers.energies.energy import Floats
@@ -34,25 +34,26 @@ BULGE = 0.1  # of the extents of a part: how far one with curved sides may reach
 
 @dataclass(frozen=True)
 class Hollow:
-    """Shares of the volume of some cells: without a direction, and of those cells in which one ends; a place, m."""
+    """Volume fractions of a mesh: without a direction, and of cells that contain a singularity; and one such place, m."""
 
     without: float
     touched: float
     place: tuple[float, ...]
 
 
-def rules(material: Any) -> tuple[Streams, ...]:
-    """The directions of a material that are expressions."""
+def rules(material: Any) -> tuple[DirectionProfile, ...]:
+    """Return the fibre and sheet directions of a material that are expressions."""
     law = getattr(material, "passive", material)
     each = (getattr(m, name, None) for m in (material, law) for name in ("fibres", "sheets"))
-    return tuple({id(rule): rule for rule in each if isinstance(rule, Streams)}.values())
+    return tuple({id(rule): rule for rule in each if isinstance(rule, DirectionProfile)}.values())
 
 
-def hollow(rule: Streams, mesh: Mesh, axial: bool) -> Hollow | None:
-    """What a mesh has of places without a direction, kept with it; None where all of it has one.
+def hollow(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Hollow | None:
+    """Return the volume of a mesh without a direction, cached in the mesh; None if the direction exists everywhere.
 
-    Of fields from files it is looked at at the points of a finer rule: nothing is known between these. Of a body of
-    revolution (`axial`) volumes are those of its rings.
+    Fields from files are checked at the points of a finer rule: they are unknown between these. For a body of
+    revolution
+    (`axial`), volumes are those of rings.
     """
     key: Any = (hollow, rule)
     if key not in mesh.selections:
@@ -62,7 +63,8 @@ def hollow(rule: Streams, mesh: Mesh, axial: bool) -> Hollow | None:
     return found
 
 
-def _looked(rule: Streams, mesh: Mesh, axial: bool) -> Hollow | None:
+def _looked(rule: DirectionProfile, mesh: Mesh, axial: bool) -> Hollow | None:
+    """Return the volume without a direction by interval arithmetic on subdivided cells."""
     element = mesh.element
     volumes = np.abs(mesh.volumes)
     if axial:
@@ -97,11 +99,11 @@ def _looked(rule: Streams, mesh: Mesh, axial: bool) -> Hollow | None:
     return Hollow(min(1.0, without / total), touched / total, tuple(map(float, place)))
 
 
-def _sampled(rule: Streams, mesh: Mesh) -> Hollow | None:
-    """Of what fields enter: the volume that belongs to points of a finer rule without a direction."""
+def _sampled(rule: DirectionProfile, mesh: Mesh) -> Hollow | None:
+    """Return the volume without a direction for rules with fields from files, by sampling at points of a finer rule."""
     finer = mesh.element.mass_quadrature()
     X = np.einsum("qa,mai->mqi", mesh.element.shape(finer[0]), mesh.points[mesh.cells]).reshape(-1, 3)
-    w = integration(mesh, rule=finer).w.ravel()
+    w = integrate_cells(mesh, rule=finer).w.ravel()
     with np.errstate(all="ignore"):
         size = np.linalg.norm(rule.at(X, reading), axis=1)
     odd = ~(np.isfinite(size) & (size > 0.0))
@@ -111,7 +113,7 @@ def _sampled(rule: Streams, mesh: Mesh) -> Hollow | None:
 
 
 def _positions(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
-    """The corners of parts of cells (n, c, 3), m, of their local points."""
+    """Return the positions (n, c, 3), m, of local corner points of parts of cells."""
     n, c, _ = corners.shape
     N = mesh.element.shape(corners.reshape(-1, 3)).reshape(n, c, -1)
     found: Floats = np.einsum("nca,nai->nci", N, mesh.points[mesh.cells[which]])
@@ -119,7 +121,7 @@ def _positions(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
 
 
 def _parts(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
-    """Volumes of the cells (n,), m^3, if all of each were as it is amid a part: that of a part is its share of it."""
+    """Return volumes of cells (n,), m^3, from the Jacobian at the middle of a part; a part has its share of it."""
     element = mesh.element
     dN = element.gradient(corners.mean(axis=1))
     J = np.einsum("nak,nai->nki", dN, mesh.points[mesh.cells[which]])
@@ -127,15 +129,16 @@ def _parts(mesh: Mesh, which: Ints, corners: Floats) -> Floats:
     return found
 
 
-def _enclosed(rule: Streams, X: Floats, curved: bool) -> list[Values]:
+def _enclosed(rule: DirectionProfile, X: Floats, curved: bool) -> list[Values]:
+    """Return interval bounds of each component of the direction over parts with corners X (n, c, 3)."""
     low, high = X.min(axis=1), X.max(axis=1)
     if curved:
         low, high = low - BULGE * (high - low), high + BULGE * (high - low)
-    return [over(part.root, low, high) for part in rule.components]
+    return [bound_expression(part.root, low, high) for part in rule.components]
 
 
-def _alike(rule: Streams, X: Floats) -> Any:
-    """Of which parts (n, c, 3) directions at the corners and amid them are nearly one line (n,)."""
+def _alike(rule: DirectionProfile, X: Floats) -> Any:
+    """Return in which parts (n, c, 3) the directions at the corners and the centre are nearly parallel (n,)."""
     at = np.concatenate([X, X.mean(axis=1, keepdims=True)], axis=1)
     with np.errstate(all="ignore"):
         d = rule.at(at.reshape(-1, 3), reading).reshape(at.shape)
@@ -149,32 +152,32 @@ def _alike(rule: Streams, X: Floats) -> Any:
 
 
 def must_have_directions(case: Case, mesh: Mesh) -> None:
-    """Raises Fault where a part of the volume has no direction."""
+    """Raise Fault if a part of the volume has no direction."""
     for rule, found in _hollows(case, mesh):
         if found.without > 0.0:
             raise fault(
                 "E383", case.body.at("material"),
-                f"the fibres of `{case.body.name}` have no direction in at least {units.show_share(found.without)} of "
+                f"the fibres of `{case.body.name}` have no direction in at least {units.format_volume_fraction(found.without)} of "
                 f"its volume: `{rule}` vanishes there, or has no value", f"as around {_shown(found)}",
                 "give a direction that is never nothing, or a region of its own without fibres",
             )  # fmt: skip
 
 
 def notes(case: Case, mesh: Mesh) -> Iterator[Diagnostic]:
-    """A warning where directions end within cells."""
+    """Yield a warning if directions are discontinuous within cells."""
     for rule, found in _hollows(case, mesh):
         if found.touched > 0.0:
             yield diagnostic(
                 "W389", case.body.at("material"),
-                f"`{rule}` vanishes, or has no value, within cells that are {units.show_share(found.touched)} of the "
+                f"`{rule}` vanishes, or has no value, within cells that are {units.format_volume_fraction(found.touched)} of the "
                 f"volume of `{case.body.name}`", f"as near {_shown(found)}",
                 "fibres turn there within one cell, and what is found depends on the mesh: give that place a region "
                 "without fibres, or leave it out of the body",
             )  # fmt: skip
 
 
-def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[Streams, Hollow]]:
-    """What a mesh has of places without a direction, of each rule of its material that leaves some."""
+def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[DirectionProfile, Hollow]]:
+    """Yield each rule of the material that leaves places without a direction, with their volume."""
     for rule in rules(case.material):
         found = hollow(rule, mesh, case.depth > 0.0)
         if found is not None:
@@ -182,4 +185,4 @@ def _hollows(case: Case, mesh: Mesh) -> Iterator[tuple[Streams, Hollow]]:
 
 
 def _shown(found: Hollow) -> str:
-    return units.show_all(tuple(float(f"{c:.3g}") for c in found.place), units.LENGTH)
+    return units.format_vector(tuple(float(f"{c:.3g}") for c in found.place), units.LENGTH)

@@ -1,7 +1,6 @@
-"""Bodies that supports leave free, and only touch can hold: what keeps them until it does, and what stays free.
+"""Bodies that only contact can hold: stabilization before contact, and the motions that remain free.
 
-Of a body of several pieces each is looked at by itself: what rigid bodies or other pieces are to hold. What a piece
-meets is taken to stand.
+Each piece of a body is checked separately, with the assumption that what it touches is fixed.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from softmark.interpreter.models.shared.support_constraints import Held, held_of
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.contact.tie_constraint import Tied
-from softmark.solvers.energies.energy import Wandering
+from softmark.solvers.energies.energy import DynamicPatternEnergy
 from softmark.solvers.energies.stabilization_spring import Ground
 from softmark.solvers.statics.free_body_stabilization import GONE
 
@@ -35,9 +34,9 @@ WEAKEST = 1e-6  # of Young's modulus times the size: a spring that a body hardly
 
 @dataclass(frozen=True)
 class Loose:
-    """A body that supports leave free: how they hold it, and the spring that keeps it until it touches.
+    """Body that supports leave free: its constraints, and the spring that stabilizes it until it touches.
 
-    `pieces` (k, n) are the nodes of each of its pieces that is free; `whole` says whether that is all of it.
+    `pieces` (k, n) are the nodes of each free piece; `whole` is true if the body has only one piece.
     """
 
     held: Held
@@ -46,15 +45,18 @@ class Loose:
     whole: bool
 
     def kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats) -> tuple[tuple[Diagnostic, ...], str]:
-        """What holds it in a state u (3 n,), m, without numbers of that state: several of which it is true are named.
+        """Return warnings that name the contacts holding each piece in a state u (3 n,), m, and the remaining free
+        motions.
 
-        What it is free to do still, in words, or nothing where it is held.
+        The warnings contain no numbers of the state, so that equal warnings of several states can be merged. The
+        motions are
+        empty if the body is held.
         """
         each = [self._kept(declared, contacts, u, piece) for piece in self.pieces]
         return tuple(note for note, _ in each), ", and to ".join(adrift for _, adrift in each if adrift)
 
     def _kept(self, declared: Declared, contacts: Mapping[str, Any], u: Floats, piece: Bools) -> tuple[Diagnostic, str]:
-        """The same of one piece of these nodes (n,)."""
+        """Return the warning and the free motions of one piece with these nodes (n,)."""
         pressing = {name: rows for name, contact in contacts.items() if len(rows := self._rows(contact, u, piece))}
         left = left_free(self.held, piece, [*pressing.values()])
         adrift = listed(left) if left else ""
@@ -71,14 +73,18 @@ class Loose:
         return diagnostic("W613", declared.at(), problem, label, remedy), adrift
 
     def _rows(self, contact: Any, u: Floats, piece: Bools) -> Floats:
-        """What rigid motions do to gaps of points that are pressed, and along the surface where they stick (r, 6)."""
-        X, n, sticks = _met(contact, u, piece) if isinstance(contact, Wandering) else _pressed(contact, u, piece)
+        """Return constraint rows (r, 6) of a contact: normal directions at pressed points, all directions at sticking
+        ones.
+        """
+        X, n, sticks = (
+            _met(contact, u, piece) if isinstance(contact, DynamicPatternEnergy) else _pressed(contact, u, piece)
+        )
         moved = point_rows(X - self.held.centre, (0, 1, 2)).reshape(-1, 3, 6)
         return np.concatenate([np.einsum("pi,pij->pj", n, moved), moved[sticks].reshape(-1, 6)])
 
 
 def _pressed(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
-    """Of points of a piece that a rigid body presses on places (p, 3), m, normals (p, 3), and whether they stick."""
+    """Return positions (p, 3), m, normals (p, 3) and sticking states of points that a rigid body presses on."""
     nodes = getattr(contact, "nodes", None)
     on = contact.pressures(u) > 0.0
     if nodes is not None and len(nodes) == len(on):
@@ -88,7 +94,7 @@ def _pressed(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Boo
 
 
 def _met(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
-    """The same of samples between it and another piece, on either."""
+    """Return positions, normals and sticking states of contact samples between a piece and another piece."""
     from softmark.solvers.contact.deformable_friction import Sliding
 
     hold, skin = (contact if contact.rubs else Sliding(contact, 0.0)).hold(u), contact.skin
@@ -103,16 +109,16 @@ def _met(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
 def loose(
     case: Case, mesh: Mesh, parts: Integration, measured: Mapping[str, Any], dofs: int, beds: Mapping[str, Any]
 ) -> Loose | None:
-    """What keeps a body on a mesh that supports leave free, in a state of so many unknowns; None where none is left.
+    """Return the stabilization of a body on a mesh that supports leave free; None if no piece is free.
 
-    Raises Fault where there is a piece that nothing can come to hold.
+    `dofs` is the number of unknowns. Raises Fault if a free piece has no contact that could hold it.
     """
     held = held_of(case, mesh, measured)
     every = _pieces(mesh, beds)
     free = np.array([piece for piece in every if left_free(held, piece, [])])
     if not len(free):
         return None
-    if not (case.contacts or any(isinstance(bed, Wandering) for bed in beds.values())):
+    if not (case.contacts or any(isinstance(bed, DynamicPatternEnergy) for bed in beds.values())):
         raise loosely(case, "a piece of it", left_free(held, free[0], []))
     each = np.repeat(parts.w.sum(axis=1) / mesh.cells.shape[1], mesh.cells.shape[1])
     volumes = np.bincount(mesh.cells.ravel(), each, len(mesh.points)).astype(np.float64) * free.any(axis=0)
@@ -121,7 +127,7 @@ def loose(
 
 
 def _pieces(mesh: Mesh, beds: Mapping[str, Any]) -> Bools:
-    """The nodes of each piece of a body (k, n): those that are tied are one."""
+    """Return the nodes of each piece of a body (k, n); tied pieces count as one."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.language.interval_arithmetic import over
+from softmark.interpreter.language.interval_arithmetic import bound_expression
 from softmark.interpreter.language.spatial_profiles import Profile
 from softmark.interpreter.problem.field_files import bounds as bounds_of_field
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.mesh.adaptive_quadrature import FineRule, adaptive_rule, family_of
-from softmark.solvers.mesh.element_interpolation import Integration, Rule, integration
+from softmark.solvers.mesh.element_interpolation import Integration, Rule, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.positive_quadrature import positive_rules
+from softmark.solvers.mesh.positive_quadrature import reduce_rules
 
 TOLERANCE = (
     1e-4  # of the integral of a constant over a cell: by how much two rules may differ, the better of which counts
@@ -60,9 +60,9 @@ class Functions:
 
 
 def of_stiffness(young: Any, poisson: Any, pressures: bool, look: Look) -> Functions:
-    """Moduli, and their inverses: E alone where Poisson's ratio is one number, else mu and K.
+    """Return the moduli and their inverses: only E if Poisson's ratio is a single number, else mu and K.
 
-    With `pressures` the compliance of the volume enters the energy, and K need not be finite.
+    With `pressures`, the compliance of the volume enters the energy, and K may be infinite.
     """
     varying = tuple(c for c in (young, poisson) if isinstance(c, Profile))
     if not isinstance(poisson, Profile):
@@ -96,7 +96,7 @@ def of_stiffness(young: Any, poisson: Any, pressures: bool, look: Look) -> Funct
 
 
 def of_one(profile: Profile, look: Look) -> Functions:
-    """One constant by itself, as a density or a tension."""
+    """Return the functions of a single constant, such as a density or a tension."""
 
     def values(X: Floats) -> Floats:
         return look(profile, X)[None]
@@ -116,12 +116,12 @@ def _moduli(E: Floats, nu: Floats, pressures: bool) -> Floats:
 def _bounds(constant: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     if not isinstance(constant, Profile):
         return np.full(len(low), float(constant)), np.full(len(low), float(constant))
-    found = over(constant.root, low, high, bounds_of_field)
+    found = bound_expression(constant.root, low, high, bounds_of_field)
     return found.low, found.high
 
 
 def _over(a: Floats) -> Floats:
-    """1 / a, infinite where it is not positive."""
+    """Return 1 / a, infinite where a is not positive."""
     with np.errstate(all="ignore"):
         return np.where(a > 0.0, 1.0 / a, np.inf)
 
@@ -133,8 +133,9 @@ def _over(a: Floats) -> Floats:
 class CellRule:
     """Quadrature points of every cell: local points `xi` (m, q, 3) and volumes `w` (m, q), m^3.
 
-    Cells with fewer points have others in their middle, of no volume. `special` (m,) are cells that do not have the
-    points of their element.
+    Cells with fewer points are padded with points of zero volume in their centre. `special` (m,) are cells that do not
+    have
+    the points of their element.
     """
 
     xi: Floats
@@ -142,21 +143,21 @@ class CellRule:
     special: Any
 
     def shape(self, mesh: Mesh) -> Floats:
-        """Shape functions N (m, q, a)."""
+        """Return shape functions N (m, q, a)."""
         return mesh.element.shape(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1)
 
     def places(self, mesh: Mesh) -> Floats:
-        """Positions (m, q, 3), m."""
+        """Return positions (m, q, 3), m."""
         return np.asarray(self.shape(mesh) @ mesh.points[mesh.cells])
 
     def local(self, mesh: Mesh) -> tuple[Floats, Floats]:
-        """Local points (m, q, 3) and weights (m, q): volumes without what the map of the cell makes of them."""
+        """Return local points (m, q, 3) and weights (m, q), that is volumes divided by the Jacobian of the cell."""
         dN = mesh.element.gradient(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1, 3)
         J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
         return self.xi, self.w / np.linalg.det(J)
 
     def integration(self, mesh: Mesh) -> Integration:
-        """Gradients and volumes at the points, with shape functions N (m, q, a) of their own in each cell."""
+        """Return gradients and volumes at the points, with shape functions N (m, q, a) of each cell."""
         dN = mesh.element.gradient(self.xi.reshape(-1, 3)).reshape(*self.w.shape, -1, 3)
         J = np.einsum("mai,mqaj->mqij", mesh.points[mesh.cells], dN, optimize=True)
         return Integration(np.ascontiguousarray(dN @ np.linalg.inv(J)), self.w, self.shape(mesh))
@@ -186,7 +187,7 @@ class Resolved:
 
 
 def degree_of(mesh: Mesh, mass: bool) -> int:
-    """The degree of the polynomials that stiffness, or mass, is made of."""
+    """Return the degree of the polynomials in stiffness, or in mass."""
     element = mesh.element
     simplex = family_of(element) == "tetrahedra"
     stiff = 2 * (element.order - 1) if simplex else 2 * element.order + (element.order == 1)
@@ -194,7 +195,7 @@ def degree_of(mesh: Mesh, mass: bool) -> int:
 
 
 def polynomials(mesh: Mesh, xi: Floats, degree: int) -> Floats:
-    """Legendre's polynomials of a total degree in the local coordinates (n, k) at local points xi (n, 3)."""
+    """Return Legendre polynomials (n, k) up to a total degree at local points xi (n, 3)."""
     family = family_of(mesh.element)
     t = xi.copy()
     t[:, : {"hexahedra": 0, "wedges": 2, "tetrahedra": 3}[family]] *= 2.0
@@ -232,7 +233,7 @@ def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolv
     volumes = np.bincount(fine.cell, fine.w, minlength=count).astype(np.float64)
     starts = np.searchsorted(fine.cell, np.arange(count))
     least, largest = (f.reduceat(fine.values, starts, axis=1) for f in (np.minimum, np.maximum))
-    w = integration(mesh, rule=own).w
+    w = integrate_cells(mesh, rule=own).w
     X = np.einsum("qa,mai->mqi", mesh.element.shape(own[0]), mesh.points[mesh.cells])
     known = functions.values(X.reshape(-1, 3)).reshape(-1, *w.shape)
     kept = slice(functions.kept)
@@ -261,13 +262,13 @@ def _resolved(mesh: Mesh, functions: Functions, own: Rule, mass: bool) -> Resolv
 def _rule(
     mesh: Mesh, fine: FineRule, kept: int, own: Rule, w: Floats, special: Any, degree: int
 ) -> tuple[CellRule, Floats]:
-    """Few points for cells that need their own, and the element's for the others; what the former miss, relative."""
+    """Return few points for cells that need their own, those of the element for others, and the relative error."""
     some = np.flatnonzero(special[fine.cell])
     numbers = np.cumsum(special) - 1
     cell = numbers[fine.cell[some]]
     phi = polynomials(mesh, fine.xi[some], degree)
     each = [phi, *(phi * (fine.values[g, some] / np.abs(fine.values[g, some]).mean())[:, None] for g in range(kept))]
-    which, weights, off = positive_rules(cell, np.concatenate(each, axis=1), fine.w[some], int(special.sum()))
+    which, weights, off = reduce_rules(cell, np.concatenate(each, axis=1), fine.w[some], int(special.sum()))
     counts = np.bincount(cell[which], minlength=int(special.sum()))
     q = max(int(counts.max()), len(own[1]) if not special.all() else 0)
     xi = np.broadcast_to(np.array(mesh.element.centre), (len(w), q, 3)).copy()

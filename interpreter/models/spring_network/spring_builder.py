@@ -36,9 +36,9 @@ from softmark.solvers.energies.energy import Energy, Floats, VectorSpace
 from softmark.solvers.energies.spring_energy import Springs, stiffness_from_modulus
 from softmark.solvers.linear import factorisations
 from softmark.solvers.materials.small_strain import SmallStrain
-from softmark.solvers.mesh.element_interpolation import Integration, integration
+from softmark.solvers.mesh.element_interpolation import Integration, integrate_cells
 from softmark.solvers.mesh.mesh import Mesh
-from softmark.solvers.mesh.spring_edges import Network, network
+from softmark.solvers.mesh.spring_edges import SpringNetwork, build_spring_network
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
 
 if TYPE_CHECKING:
@@ -184,8 +184,8 @@ def load(model: MassSpring) -> None:
 def prepare(model: MassSpring, declared: Declared, case: Case, workshop: Workshop) -> Prepared:
     """Everything that solving needs; a calibrated network is fitted. Raises Fault."""
     mesh = mesh_of(model.solid, declared, case, workshop)
-    parts = integration(mesh)
-    springs = springs_of(model, case, mesh, network(mesh, model.diagonals))
+    parts = integrate_cells(mesh)
+    springs = springs_of(model, case, mesh, build_spring_network(mesh, model.diagonals))
     problem = statics_of(case, mesh, parts, springs, workshop.measured)
     size = {"nodes": len(mesh.points), "elements": len(springs.k), "dofs": len(problem.assembly.free)}
     notes = (
@@ -211,7 +211,7 @@ def _moving(built: PreparedSprings, case: Case) -> MovingSprings:
     return MovingSprings(built, declared, moving.analysis, moving.problem, mesh)
 
 
-def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: Network) -> Springs:
+def springs_of(model: MassSpring, case: Case, mesh: Mesh, net: SpringNetwork) -> Springs:
     """The springs at rest, with their stiffness before any fit."""
     D = mesh.points[net.edges[:, 1]] - mesh.points[net.edges[:, 0]]
     if isinstance(model.stiffness, Uniform):

@@ -114,7 +114,7 @@ def _scalable(model: Declared, reference: Declared, case: Case) -> None:
                     "moved onto each computed surface", "register it by `clamp`, or not at all")  # fmt: skip
     if load == 1.0:
         return
-    part = units.show(load, units.NONE)
+    part = units.format_value(load, units.NONE)
     if how != "solved":
         raise fault("E521", at, f"`{reference.name}` was measured under the full load, not at {part} of it",
                     "not known there",
@@ -143,7 +143,7 @@ def _scaled(declared: Declared, part: float) -> Declared:
 
 def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, Any]) -> FitTarget:
     """What the fit of a calibrated model makes least; `measured` is what has been read, by reference. Raises Fault."""
-    from softmark.interpreter.metrics.metric_evaluation import measured_by
+    from softmark.interpreter.metrics.metric_evaluation import measure_metric
     from softmark.interpreter.problem.probe_points import place_of
 
     metric, probe, reference = _checked(scene, model, case)
@@ -153,11 +153,11 @@ def target_of(scene: Scene, model: Declared, case: Case, measured: Mapping[str, 
     known = _known(reference, data, part, place.X)
 
     def measure(displacement: Field) -> float:
-        from softmark.interpreter.metrics.measurement import Seen
+        from softmark.interpreter.metrics.measurement import MetricInput
 
         u = displacement(place.X)
-        seen = Seen(model.name, part, place.X, u, place.triangles, place.weights, known, displacement)
-        return measured_by(metric.thing, seen).value
+        seen = MetricInput(model.name, part, place.X, u, place.triangles, place.weights, known, displacement)
+        return measure_metric(metric.thing, seen).value
 
     return FitTarget(part, metric, measure)
 
@@ -174,16 +174,16 @@ def _data(reference: Declared, measured: Mapping[str, Any], model: Declared) -> 
 
 def _known(reference: Declared, data: Measured | None, part: Case, X: Floats) -> Any:
     """The reference at the points of the probe, as a metric takes it."""
-    from softmark.interpreter.metrics.measurement import Known
+    from softmark.interpreter.metrics.measurement import ReferenceData
     from softmark.interpreter.problem.theory_problems import solved
     from softmark.references.measured_data import MeasuredSurface
 
     if data is None:
         line = solved(reference, part)
-        return Known(reference.name, line.displacement(X), line.displacement)
+        return ReferenceData(reference.name, line.displacement(X), line.displacement)
     if isinstance(data, MeasuredSurface):
-        return Known(reference.name, surface=data, uncertainty=data.resolution)
-    return Known(reference.name, data.displacement(X), uncertainty=data.uncertainty)
+        return ReferenceData(reference.name, surface=data, uncertainty=data.resolution)
+    return ReferenceData(reference.name, data.displacement(X), uncertainty=data.uncertainty)
 
 
 # ------------------------------------------------------------------ the factor

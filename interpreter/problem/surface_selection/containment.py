@@ -17,7 +17,7 @@ from softmark.solvers.mesh.polygons import Corners, Place
 from softmark.solvers.mesh.revolved_bodies import ON_AXIS, Revolution
 from softmark.solvers.mesh.shape import Shape, Vector3, transverse
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.mesh.spheres import Round
+from softmark.solvers.mesh.spheres import RoundBody
 from softmark.solvers.mesh.tubes import Tube
 
 Point = tuple[Term, Term, Term]  # m
@@ -32,7 +32,7 @@ def within(shape: Shape, at: Point, closed: bool) -> Condition | None:
         return _combined(shape, at, closed)
     if isinstance(shape, Box):
         return _all(_between(at[i], *span, below) for i, span in enumerate(shape.spans.values()))
-    if isinstance(shape, Round):
+    if isinstance(shape, RoundBody):
         return _round(shape, at, below)
     if isinstance(shape, Cylinder | Tube):
         s, square = _around(at, shape.origin, shape.axis)
@@ -57,7 +57,7 @@ def _combined(shape: Combined, at: Point, closed: bool) -> Condition | None:
     return Condition.junction("or" if shape.operation == "union" else "and", one, other)
 
 
-def _round(shape: Round, at: Point, below: str) -> Condition:
+def _round(shape: RoundBody, at: Point, below: str) -> Condition:
     off = [_less(c, o) for c, o in zip(at, shape.origin, strict=True)]
     square = _sum(_times(_scaled(c, 1.0 / a), _scaled(c, 1.0 / a)) for c, a in zip(off, shape.outer, strict=True))
     half = 0.5 * min(shape.outer)

@@ -16,13 +16,13 @@ from softmark.interpreter.problem.surface_selection.selected_facets import Part,
 from softmark.interpreter.problem.surface_selection.sphere_selection import curved, planes
 from softmark.records import dataclass
 from softmark.solvers.mesh.boolean_shapes import Combined
-from softmark.solvers.mesh.curved_boundary import Around, Conical, Ellipsoidal
+from softmark.solvers.mesh.curved_boundary import ConeSide, CylinderSide, EllipsoidSide
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.polygons import edges
 from softmark.solvers.mesh.revolved_bodies import Revolution
-from softmark.solvers.mesh.shape import Shape, Vector3, moved, transverse
+from softmark.solvers.mesh.shape import Shape, Vector3, add_multiples, transverse
 from softmark.solvers.mesh.shapes import Box, Cylinder
-from softmark.solvers.mesh.spheres import Round
+from softmark.solvers.mesh.spheres import RoundBody
 from softmark.solvers.mesh.tubes import Tube
 
 BESIDE = 2e-8  # of the extent: how far beside a surface it is asked what is there
@@ -42,7 +42,7 @@ class Piece:
     """
 
     measure: Callable[[Condition, float], Measured]
-    moved: Callable[[float], Point]
+    add_multiples: Callable[[float], Point]
 
     def within(self, *held: Condition) -> Piece:
         """The part of it where some conditions hold."""
@@ -100,7 +100,7 @@ def pieces(shape: Shape) -> list[Piece] | None:
         return _of_both(shape)
     if isinstance(shape, Box):
         return [_plate(corners[None]) for corners in _faces(shape)]
-    if isinstance(shape, Round):
+    if isinstance(shape, RoundBody):
         flat, inner = planes(shape)
         balls = [_ball(shape, side) for side in shape.sides]
         return [*_outside_first(balls), *(_plate(corners[None], inner) for corners in flat)]
@@ -187,7 +187,7 @@ def _plate(corners: Floats, *held: Condition) -> Piece:
     return Piece(measure, moved).within(*held)
 
 
-def _ball(shape: Round, side: Ellipsoidal) -> Piece:
+def _ball(shape: RoundBody, side: EllipsoidSide) -> Piece:
     centre = np.array(side.centre)
 
     def moved(out: float) -> Point:
@@ -208,7 +208,7 @@ def _linear(matrix: Floats, rest: Floats) -> Point:
     return x, y, z
 
 
-def _roll(bands: Sequence[Around | Conical]) -> Piece:
+def _roll(bands: Sequence[CylinderSide | ConeSide]) -> Piece:
     """The side of a cylinder, or a cone's in bands, which looks away from the axis."""
     side, widest = bands[0], max(max(band.radii) for band in bands)
     axis, origin = np.array(side.axis), np.array(side.origin)
@@ -278,14 +278,14 @@ def _turned(shape: Revolution) -> list[Piece]:
     return found
 
 
-def _bands(side: Conical) -> list[Conical]:
+def _bands(side: ConeSide) -> list[ConeSide]:
     """Frustums of a cone, the smaller the nearer to a tip, where points of its side have no direction away from it."""
     if min(side.radii) > 0.0:
         return [side]
     ends = [0.0, *TIPS] if side.first == 0.0 else [1.0 - t for t in (*reversed(TIPS), 0.0)]
     way = (side.last - side.first, side.length)
     return [
-        Conical(side.axis, moved(side.origin, (a * way[1], side.axis)), (b - a) * way[1],
+        ConeSide(side.axis, add_multiples(side.origin, (a * way[1], side.axis)), (b - a) * way[1],
                 side.first + a * way[0], side.last if b == 1.0 else side.first + b * way[0])
         for a, b in pairwise(ends)
     ]  # fmt: skip
@@ -293,19 +293,19 @@ def _bands(side: Conical) -> list[Conical]:
 
 def _polygonal(shape: Extruded) -> list[Floats]:
     """The sides of an extruded polygon, each (1, 4, 3), and triangles of its ends (t, 3, 3), seen from outside."""
-    from softmark.solvers.mesh.quadrilateral_meshing import triangles
+    from softmark.solvers.mesh.quadrilateral_meshing import triangulate
 
     section = shape.section
     low, high = shape.base, shape.base + shape.height
     sides = [[(*a, low), (*b, low), (*b, high), (*a, high)] for a, b in edges(section)]
-    points, cells = triangles(section, shape.diagonal)
+    points, cells = triangulate(section, shape.diagonal)
     flat = points[cells]
     ends = [np.concatenate([own, np.full((*own.shape[:2], 1), z)], axis=2)
             for own, z in ((flat[:, ::-1], low), (flat, high))]  # fmt: skip
     return [*(shape.placed(np.array([own])) for own in sides), *(shape.placed(own) for own in ends)]
 
 
-def _side(side: Around | Conical, condition: Condition, extent: float) -> Measured:
+def _side(side: CylinderSide | ConeSide, condition: Condition, extent: float) -> Measured:
     """Of the side of a cylinder or a cone, its normal away from the axis.
 
     Strips lie between the axis and it, of which every point stands for one right outside: there an angle and a length

@@ -17,14 +17,14 @@ from softmark.interpreter.problem.surface_selection.facet_patches import Floats
 from softmark.interpreter.problem.surface_selection.loaded_surface_part import Loaded
 from softmark.interpreter.results.load_results import Resultant, Vector, vector
 from softmark.interpreter.vocabulary.load_words import (
-    AtPoint,
-    Follower,
-    PerArea,
-    PerLength,
-    PerMass,
-    Routed,
-    Tensile,
-    Turning,
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    PressureLoad,
+    RemoteStress,
+    SurfaceTraction,
+    TendonLoad,
 )
 from softmark.solvers.elements import WORDS, named
 from softmark.solvers.mesh.boolean_shapes import Combined
@@ -67,16 +67,16 @@ def _resultant(case: Case, load: Declared, mesh: Any, points: Floats, f: Floats)
     forces, turns = f[:, :3], f[:, 3:]  # a beam's nodes take moments too
     force, moment = vector(forces.sum(axis=0)), vector(np.cross(points, forces).sum(axis=0) + _total(turns))
     action = load.thing.action
-    if isinstance(action, AtPoint | PerLength):
+    if isinstance(action, PointLoad | LineForce):
         return _placed(action, force, moment)
-    if isinstance(action, Routed):  # its ends and its guides are in the body: nothing is left of it
+    if isinstance(action, TendonLoad):  # its ends and its guides are in the body: nothing is left of it
         return Resultant(force, moment, None, (0.0, 0.0, 0.0), 1.0, exact_moment=(0.0, 0.0, 0.0))
-    on_surface = isinstance(action, PerArea | Tensile | Follower | Turning)
+    on_surface = isinstance(action, SurfaceTraction | RemoteStress | PressureLoad | MomentLoad)
     known: Loaded | None = mesh.selections.get(action.where) if mesh is not None and on_surface else None
     exact, area = _exact(case, load)
-    if isinstance(action, Turning):
+    if isinstance(action, MomentLoad):
         return _turning(action, force, moment, known, area)
-    if known is None and isinstance(action, PerArea) and area:  # on the end of a beam
+    if known is None and isinstance(action, SurfaceTraction) and area:  # on the end of a beam
         taken = float(np.linalg.norm(force)) / (float(np.linalg.norm(action.traction)) or 1.0)
         return Resultant(force, moment, taken, exact, taken / area if taken else 1.0)
     if known is None:
@@ -97,7 +97,7 @@ def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
     force, none = (0.0, float(f[:, 1].sum()), 0.0), (0.0, 0.0, 0.0)
     action = load.thing.action
     known: Loaded | None = (
-        mesh.selections.get(action.where) if isinstance(action, PerArea | Tensile | Follower) else None
+        mesh.selections.get(action.where) if isinstance(action, SurfaceTraction | RemoteStress | PressureLoad) else None
     )
     if known is None:
         return Resultant(force, none, None, None, 1.0)
@@ -106,10 +106,10 @@ def _around(case: Case, load: Declared, mesh: Any, f: Floats) -> Resultant:
     return Resultant(force, none, area, None, 1.0, wider * known.remainder, wider * known.leaning)
 
 
-def _placed(action: AtPoint | PerLength, force: Vector, moment: Vector) -> Resultant:
+def _placed(action: PointLoad | LineForce, force: Vector, moment: Vector) -> Resultant:
     """Of a load whose points are said: exact but for rounding, on a mesh that has them."""
-    length = action.length if isinstance(action, PerLength) else None
-    if isinstance(action, PerLength):
+    length = action.length if isinstance(action, LineForce) else None
+    if isinstance(action, LineForce):
         at = 0.5 * (np.array(action.begin) + np.array(action.end))
         exact = action.length * np.array(action.force)
     else:
@@ -118,7 +118,7 @@ def _placed(action: AtPoint | PerLength, force: Vector, moment: Vector) -> Resul
     return Resultant(force, moment, None, vector(exact), share, exact_moment=turn, length=length)
 
 
-def _turning(action: Turning, force: Vector, moment: Vector, known: Loaded | None, area: float | None) -> Resultant:
+def _turning(action: MomentLoad, force: Vector, moment: Vector, known: Loaded | None, area: float | None) -> Resultant:
     """Of a moment, which is given; of a solid the part of the area that it is put on."""
     nothing = (0.0, 0.0, 0.0)
     if known is None:
@@ -138,15 +138,15 @@ def _exact(case: Case, load: Declared) -> tuple[Vector | None, float | None]:
     """The force on the body itself, and the area that it acts on; None where they are not known."""
     shape = case.shape
     match load.thing.action:
-        case PerMass(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
+        case BodyForce(acceleration=g) if not case.parts and case.uniform and (held := volume(shape)) is not None:
             return vector(case.material.density * held * np.array(g)), None
-        case PerArea(where=where, traction=t) if (found := selected(shape, where)) is not None:
+        case SurfaceTraction(where=where, traction=t) if (found := selected(shape, where)) is not None:
             return vector(found[0] * np.array(t)), found[0]
-        case Turning(where=where) if (found := selected(shape, where)) is not None:
+        case MomentLoad(where=where) if (found := selected(shape, where)) is not None:
             return (0.0, 0.0, 0.0), found[0]
-        case Tensile(where=where) as pull if (found := selected(shape, where)) is not None:
+        case RemoteStress(where=where) as pull if (found := selected(shape, where)) is not None:
             return vector(found[1] @ np.array(pull.tensor)), found[0]
-        case Follower(where=where, pressure=p) if (found := selected(shape, where)) is not None:
+        case PressureLoad(where=where, pressure=p) if (found := selected(shape, where)) is not None:
             return vector(-p * found[1]), found[0]
     return None, None
 

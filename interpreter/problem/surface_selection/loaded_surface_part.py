@@ -137,9 +137,9 @@ class Loaded:
 
 
 def _around(r: Floats, depth: float) -> Floats:
-    from softmark.solvers.energies.axisymmetric import around  # which no other body needs
+    from softmark.solvers.energies.axisymmetric import circumference_in_slices  # which no other body needs
 
-    return around(r, depth)
+    return circumference_in_slices(r, depth)
 
 
 def _add_pairs(found: Floats, rows: Ints, blocks: Floats) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from softmark.interpreter.language.coordinate_conditions import RELATIVE_TOLERANCE, Border, Condition
 from softmark.solvers.mesh.mesh import Floats
-from softmark.solvers.mesh.simplex_clipping import Pieces, joined
+from softmark.solvers.mesh.simplex_clipping import Pieces, join_pieces
 
 Bools = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -31,7 +31,7 @@ def within(condition: Condition, whole: Pieces, extent: float) -> Pieces:
     pieces = whole.chosen(np.flatnonzero(crossed))
     for border in condition.borders:
         pieces = cut(pieces, border, extent, halved=False)
-    found = joined(whole.chosen(np.flatnonzero(~crossed)), pieces)
+    found = join_pieces(whole.chosen(np.flatnonzero(~crossed)), pieces)
     found = found.chosen(np.flatnonzero(selects(condition, found.middles, extent)))
     return found.chosen(np.argsort(found.of, kind="stable"))
 
@@ -47,10 +47,10 @@ def cut(pieces: Pieces, border: Border, extent: float, halved: bool = True) -> P
     dimension = pieces.corners.shape[1] - 1
     for _ in range(0 if border.plane or not halved else HALVINGS[dimension + 1] * dimension):
         beside = near(border, pieces.corners, extent)
-        pieces = joined(pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).refined())
+        pieces = join_pieces(pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside)).refined())
     beside = near(border, pieces.corners, extent)
     rest, crossed = pieces.chosen(np.flatnonzero(~beside)), pieces.chosen(np.flatnonzero(beside))
-    return joined(rest, crossed.cut(_level(border), slack_of(border, extent), border.plane is None))
+    return join_pieces(rest, crossed.cut(_level(border), slack_of(border, extent), border.plane is None))
 
 
 def _level(border: Border) -> Any:

@@ -7,22 +7,22 @@ import numpy as np
 from softmark.interpreter.language.coordinate_conditions import Condition, Term
 from softmark.interpreter.problem.surface_selection.facet_patches import ConditionOnPatches, Floats, Patches
 from softmark.interpreter.problem.surface_selection.selected_facets import part
-from softmark.solvers.mesh.curved_boundary import Ellipsoidal
-from softmark.solvers.mesh.spheres import Round
+from softmark.solvers.mesh.curved_boundary import EllipsoidSide
+from softmark.solvers.mesh.spheres import RoundBody
 
 CELLS = 8  # along a quarter of a great circle: facets of the flat patches that a sphere is projected on
 GAUSS = 8  # points along each side of a whole facet: round-off is all that they miss
 
 
-def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float) -> tuple[float, Floats, float]:
+def curved(shape: RoundBody, side: EllipsoidSide, condition: Condition, extent: float) -> tuple[float, Floats, float]:
     """Area, m^2, the integral of the normal n away from the centre (3,), m^2, and of x . n, m^3, on a curved side.
 
     In the coordinates in which it is the unit sphere, an area da seen under a direction e from a distance r is
     e (e . da) / r^2 on the sphere, and cof(A) of that, A = diag(semi-axes), on the ellipsoid.
     """
-    from softmark.solvers.mesh.ball_blocks import filled, shell
+    from softmark.solvers.mesh.ball_blocks import build_shell, mesh_blocks
 
-    mesh = filled(shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.kept)
+    mesh = mesh_blocks(build_shell(CELLS, (0.5, 1.0)), "hex8", side.semiaxes, side.centre, shape.kept)
     facets = mesh.facets[side.of(mesh.points[mesh.facets])]
     patches = Patches(mesh.points[facets], extent, side.onto)
     found = part(ConditionOnPatches.of(condition, patches))
@@ -43,7 +43,7 @@ def curved(shape: Round, side: Ellipsoidal, condition: Condition, extent: float)
     return float(np.linalg.norm(vectors, axis=1).sum()), total, through
 
 
-def planes(shape: Round) -> tuple[Floats, Condition]:
+def planes(shape: RoundBody) -> tuple[Floats, Condition]:
     """Rectangles (k, 4, 3) around what is cut off by planes of symmetry, counter-clockwise, and what holds within."""
     low, high = (np.array(end) for end in shape.bounds)
     faces, size = [], np.diag(high - low)

@@ -15,7 +15,7 @@ import numpy as np
 from softmark.interpreter.language.coordinate_conditions import RELATIVE_TOLERANCE, Condition
 from softmark.interpreter.problem.group_conditions import apart
 from softmark.interpreter.problem.surface_selection.facet_patches import Floats, Ints, Mask
-from softmark.solvers.mesh.simplex_clipping import Pieces, joined
+from softmark.solvers.mesh.simplex_clipping import Pieces, join_pieces
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.group_conditions import Members
@@ -36,7 +36,7 @@ def clipped(
     if condition.groups and members is not None:
         found = [(own, triangles[which]) for own, which in apart(condition, members)]
         parts = [_pieces(own, Pieces(X[some], np.arange(len(some))), extent) for own, some in found]
-        taken = reduce(joined, [own for own, _ in parts])
+        taken = reduce(join_pieces, [own for own, _ in parts])
         whole = sum(area for _, area in parts)
         return *_joined(X, taken, ONE * extent), float(taken.sizes.sum()) / whole if whole else 1.0
     taken, whole = _pieces(condition, Pieces(X[triangles], np.arange(len(triangles))), extent)

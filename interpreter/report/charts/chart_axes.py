@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import math
 
-from softmark.interpreter.language.number_formatting import is_ratio, power_of_ten, quantity, scale_of, signed
+from softmark.interpreter.language.number_formatting import (
+    choose_scale,
+    format_quantity,
+    is_ratio,
+    power_of_ten,
+    typeset_number,
+)
 from softmark.records import dataclass
 
 
@@ -34,11 +40,11 @@ def nice_step(span: float, about: int) -> float:
 
 def linear(low: float, high: float, name: str, unit: str, about: int = 6) -> Axis:
     """An axis from low to high with round ticks in the unit that fits."""
-    scale = scale_of((low, high), unit)
+    scale = choose_scale((low, high), unit)
     step = nice_step((high - low) / scale.factor, about)
     decimals = max(0, (1 if _mantissa(step) == 2.5 else 0) - math.floor(math.log10(step) + 1e-9))
     first, last = math.ceil(low / scale.factor / step - 1e-9), math.floor(high / scale.factor / step + 1e-9)
-    ticks = tuple((i * step * scale.factor, signed(f"{i * step:.{decimals}f}")) for i in range(first, last + 1))
+    ticks = tuple((i * step * scale.factor, typeset_number(f"{i * step:.{decimals}f}")) for i in range(first, last + 1))
     return Axis(low, high, scale.heading(name), ticks)
 
 
@@ -83,4 +89,4 @@ def _round_up(value: float) -> float:
 def _decade(exponent: int, unit: str) -> str:
     if is_ratio(unit):
         return "1" if exponent == 0 else power_of_ten(exponent)
-    return quantity(10.0**exponent, unit) if exponent >= -9 else f"{power_of_ten(exponent)}\u00a0{unit}"
+    return format_quantity(10.0**exponent, unit) if exponent >= -9 else f"{power_of_ten(exponent)}\u00a0{unit}"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.study.analysis.comparison_point import Spread
 from softmark.interpreter.study.analysis.result_changes import (
     Changes,
@@ -87,7 +87,7 @@ def _metric(change: MetricChange) -> tuple[str, str, str, str]:
 
 def value(number: float | None, unit: str) -> str:
     """A number with its unit."""
-    return "none" if number is None else quantity(number, unit, 6, percent=True).replace("\u00a0", " ")
+    return "none" if number is None else format_quantity(number, unit, 6, percent=True).replace("\u00a0", " ")
 
 
 def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
@@ -100,5 +100,5 @@ def _time(change: TimeChange, paint: bool) -> tuple[str, str, str, str]:
 
 def seconds(spread: Spread) -> str:
     """A median with its quartiles, where they differ."""
-    said, low, high = (quantity(s, "s", 3) for s in (spread.median, spread.q1, spread.q3))
+    said, low, high = (format_quantity(s, "s", 3) for s in (spread.median, spread.q1, spread.q3))
     return (said if low == high else f"{said} [{low}-{high}]").replace("\u00a0", " ")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softmark.interpreter.language.number_formatting import grouped, quantity, signed
+from softmark.interpreter.language.number_formatting import format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.comparison.comparison_view import SceneView, spread_range, status_of
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import broken, count, prose, tag, text
@@ -85,7 +85,7 @@ def _point(view: SceneView, point: ComparedPoint) -> str:
     cells = [row_head(point.label, point.outline), tag("td", status, _unbalanced(point))]
     cells += [_error(view, point, metric) for metric in view.metrics]
     cells += [cell(view.measured(point, metric)) for metric in view.measurements]
-    cells += [cell(grouped(point.dofs) if point.dofs else DASH), *(_times(view, point) if view.timed else ())]
+    cells += [cell(group_digits(point.dofs) if point.dofs else DASH), *(_times(view, point) if view.timed else ())]
     return row(*cells, _solver(point), tag("td", _quality(point), class_="quality"))
 
 
@@ -115,8 +115,12 @@ def _error(view: SceneView, point: ComparedPoint, metric: str) -> str:
 def _times(view: SceneView, point: ComparedPoint) -> list[str]:
     spread, setup = view.effort(point), point.cost.setup_s
     most = "≤ " if point.cost.most else ""
-    time = cell(most + quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
-    return [time, cell(quantity(setup.median, "s", 3) if setup else DASH), cell(said_bytes(point.cost.memory_bytes))]
+    time = cell(most + format_quantity(spread.median, "s", 3), spread_range(spread)) if spread else cell(DASH)
+    return [
+        time,
+        cell(format_quantity(setup.median, "s", 3) if setup else DASH),
+        cell(said_bytes(point.cost.memory_bytes)),
+    ]
 
 
 def said_bytes(number: float | None) -> str:
@@ -217,7 +221,7 @@ def best_at_rates(view: SceneView) -> str:
 
 
 def _rate(view: SceneView, metric: str, rate: Within) -> str:
-    frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(quantity(1.0 / rate.hz, "s", 3))))
+    frame = tag("td", text(f"{rate.hz:g} Hz"), tag("small", text(format_quantity(1.0 / rate.hz, "s", 3))))
     unsure = tag("td", prose(", ".join(f"`{label}`" for label in rate.unsure) or DASH))
     begin = [tag("td", tag("code", broken(metric))), frame]
     best, other, takes = rate.best, rate.runner_up, rate.takes
@@ -228,7 +232,7 @@ def _rate(view: SceneView, metric: str, rate: Within) -> str:
     return row(
         *begin, tag("td", tag("code", broken(best.label))),
         cell(view.amount(best.measured, metric) + (" †" if best.within else "")),
-        cell(quantity(takes.median, "s", 3), spread_range(takes)), cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
+        cell(format_quantity(takes.median, "s", 3), spread_range(takes)), cell(f"{100 * (rate.margin or 0.0):.0f}\u00a0%"),
         tag("td", prose(second), tag("small", text(below))), unsure,
     )  # fmt: skip
 
@@ -273,8 +277,8 @@ def _name(name: str) -> str:
 def limit_cells(finest: float | None, found: Refined, unit: str) -> list[str]:
     """The finest value, the order, the limit with its index, and whether they can be relied upon."""
     mark = "" if found.asymptotic else " ‡"
-    order = DASH if found.order is None else signed(f"{found.order:.2f}") + mark
-    below = "" if found.relative is None else signed(f"{100 * found.relative:.2g} %")
+    order = DASH if found.order is None else typeset_number(f"{found.order:.2f}") + mark
+    below = "" if found.relative is None else typeset_number(f"{100 * found.relative:.2g} %")
     sign, mood, doubt = ("✓ yes", "good", "") if found.asymptotic else ("✗ no", "warn", found.doubt or found.reason)
     return [
         cell(amount(finest, unit)), cell(order), cell(amount(found.value, unit, mark=mark)),
@@ -285,7 +289,7 @@ def limit_cells(finest: float | None, found: Refined, unit: str) -> list[str]:
 
 def amount(value: float | None, unit: str, digits: int = 6, mark: str = "") -> str:
     """A value in words with a mark behind it; a dash where there is none."""
-    return DASH if value is None else quantity(value, unit, digits, percent=True) + mark
+    return DASH if value is None else format_quantity(value, unit, digits, percent=True) + mark
 
 
 def _error_order(entry: LineOrders, metric: str) -> str:
@@ -293,9 +297,9 @@ def _error_order(entry: LineOrders, metric: str) -> str:
     if own.order.last is None:
         return cell(DASH, own.order.reason or "")
     mark = "" if entry.asymptotic else " ‡"
-    below = "all: " + signed(f"{own.order.fitted:.2f}")
+    below = "all: " + typeset_number(f"{own.order.fitted:.2f}")
     beyond = ", those above the uncertainty" if own.cut else ""
-    return cell(signed(f"{own.order.last:.2f}") + mark, below + beyond)
+    return cell(typeset_number(f"{own.order.last:.2f}") + mark, below + beyond)
 
 
 # ------------------------------------------------------------------ distances
@@ -331,7 +335,7 @@ def _beyond(label: str, name: str) -> str:
 def _distance(value: float | None, reason: str | None, own: bool) -> str:
     if own:
         return cell("·")
-    return cell(DASH, reason or "") if value is None else cell(quantity(value, "1", 3, percent=True))
+    return cell(DASH, reason or "") if value is None else cell(format_quantity(value, "1", 3, percent=True))
 
 
 # ------------------------------------------------------------------ levers

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Sequence
 
 from softmark.grammar.diagnostic import all_visible
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.comparison.comparison_view import CLOCKS, SceneView, apart, status_of, views
 from softmark.interpreter.report.comparison.study_answers import spoken
 from softmark.interpreter.report.page.html_markup import plain
@@ -144,7 +144,7 @@ def _time(view: SceneView, point: ComparedPoint) -> str:
         return "-"
     half = 50 * (spread.q3 - spread.q1) / spread.median
     most = "<= " if point.cost.most and view.timed else ""
-    return most + _spoken(quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
+    return most + _spoken(format_quantity(spread.median, "s", 3)) + (f" ±{half:.0f} %" if half >= 0.5 else "")
 
 
 def _notes(own: Sequence[SceneView]) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from softmark.interpreter.language.number_formatting import grouped, negligible, quantity
+from softmark.interpreter.language.number_formatting import format_quantity, group_digits, is_negligible
 from softmark.interpreter.report.charts.curve_styles import MODEL_DASHES, Look, model_look
 from softmark.interpreter.report.page.html_markup import listed
 from softmark.interpreter.results.json_records import Json
@@ -63,7 +63,7 @@ class SceneView:
         unit = self.measurements[metric]
         if value is None:
             return "–"
-        return "0" if negligible(value, 0.0, unit, self._moved) else quantity(value, unit, 6, percent=True)
+        return "0" if is_negligible(value, 0.0, unit, self._moved) else format_quantity(value, unit, 6, percent=True)
 
     @property
     def without_advice(self) -> str:
@@ -129,16 +129,16 @@ class SceneView:
 
     def amount(self, value: float, metric: str, digits: int = 3) -> str:
         """An error in words."""
-        return quantity(value, self.metrics[metric].unit, digits, percent=True)
+        return format_quantity(value, self.metrics[metric].unit, digits, percent=True)
 
     def said_effort(self, spread: Spread) -> str:
         """`84 ms`, or `4 320`."""
-        return grouped(round(spread.median)) if self.clock == UNKNOWNS else quantity(spread.median, "s", 3)
+        return group_digits(round(spread.median)) if self.clock == UNKNOWNS else format_quantity(spread.median, "s", 3)
 
 
 def spread_range(spread: Spread) -> str:
     """`[80–90 ms]`, the unit once if it is the same; empty where there is no spread."""
-    low, high = quantity(spread.q1, "s", 3), quantity(spread.q3, "s", 3)
+    low, high = format_quantity(spread.q1, "s", 3), format_quantity(spread.q3, "s", 3)
     if spread.q1 == spread.q3:
         return ""
     if low.split("\u00a0")[1:] == high.split("\u00a0")[1:]:

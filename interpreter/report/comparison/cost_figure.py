@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.report.comparison.comparison_tables import heading, row, row_head, said_bytes, table
 from softmark.interpreter.report.comparison.comparison_view import SceneView
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
@@ -60,13 +60,13 @@ def _bar(point: ComparedPoint, named: Sequence[str]) -> str:
         for i, n, share in parts
     ]  # fmt: skip
     bar = tag("td", tag("div", *pieces, class_="bar", role="img", aria_label=words), class_="wide-cell")
-    seconds = tag("td", text(quantity(total, "s", 3)), class_="n")
+    seconds = tag("td", text(format_quantity(total, "s", 3)), class_="n")
     memory = tag("td", text(said_bytes(point.cost.memory_bytes)), class_="n")
     return row(row_head(point.label), seconds, bar, memory)
 
 
 def _percent(share: float) -> str:
-    return signed(f"{100 * share:.0f} %") if share >= 0.01 else "< 1\u00a0%"
+    return typeset_number(f"{100 * share:.0f} %") if share >= 0.01 else "< 1\u00a0%"
 
 
 def _swatch(index: int) -> str:
@@ -84,7 +84,7 @@ def _numbers(split: Sequence[ComparedPoint], named: Sequence[str]) -> str:
 
 
 def _seconds(value: float | None) -> str:
-    return "–" if value is None else quantity(value, "s", 3)
+    return "–" if value is None else format_quantity(value, "s", 3)
 
 
 def _save(view: SceneView, split: Sequence[ComparedPoint], named: Sequence[str]) -> str:

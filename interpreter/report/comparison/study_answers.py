@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.language.number_formatting import grouped
+from softmark.interpreter.language.number_formatting import group_digits
 from softmark.interpreter.report.comparison.comparison_tables import (
     DASH,
     amount,
@@ -53,7 +53,7 @@ def _front(answer: Front) -> str:
 
 def _cost(answer: Front, member: FrontMember) -> str:
     median = member.cost.median
-    return grouped(round(median)) if answer.cost_name == UNKNOWNS else amount(median, answer.cost_unit or "1", 3)
+    return group_digits(round(median)) if answer.cost_name == UNKNOWNS else amount(median, answer.cost_unit or "1", 3)
 
 
 def spoken(answer: Answer) -> list[str]:

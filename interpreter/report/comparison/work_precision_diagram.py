@@ -7,7 +7,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from softmark.interpreter.language.number_formatting import Scale, grouped, quantity, scale_of, signed
+from softmark.interpreter.language.number_formatting import (
+    Scale,
+    choose_scale,
+    format_quantity,
+    group_digits,
+    typeset_number,
+)
 from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic
 from softmark.interpreter.report.charts.curve_labels import Point as Place
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
@@ -118,8 +124,8 @@ class Diagram:
         efforts = [row.effort for row in self.drawn if row.effort is not None]
         low, high = min(s.q1 or s.median for s in efforts), max(s.q3 for s in efforts)
         if self.clock == UNKNOWNS:
-            return _inside(_decades(low / 1.15, high * 1.15, self.effort_name, lambda v: grouped(round(v))))
-        return _inside(_decades(low / 1.15, high * 1.15, self.effort_name, lambda v: quantity(v, "s", 3)))
+            return _inside(_decades(low / 1.15, high * 1.15, self.effort_name, lambda v: group_digits(round(v))))
+        return _inside(_decades(low / 1.15, high * 1.15, self.effort_name, lambda v: format_quantity(v, "s", 3)))
 
     @cached_property
     def up(self) -> Axis:
@@ -174,7 +180,7 @@ class Diagram:
     def _scales(self) -> tuple[Scale, Scale]:
         efforts = [row.effort.median for row in self.drawn if row.effort is not None]
         unit = "1" if self.clock == UNKNOWNS else "s"
-        return scale_of([row.error for row in self.drawn], self.known.unit, True), scale_of(efforts, unit)
+        return choose_scale([row.error for row in self.drawn], self.known.unit, True), choose_scale(efforts, unit)
 
     @property
     def _symbols(self) -> tuple[str, ...]:
@@ -192,10 +198,10 @@ class Diagram:
     def _cells(self, row: _Row) -> tuple[str, ...]:
         (error, effort), point, spread = self._scales, row.point, row.effort
         seconds = (spread.median, spread.q1, spread.q3) if spread else (None,) * 3
-        times = tuple("–" if s is None else signed(f"{s / effort.factor:.4g}") for s in seconds)
+        times = tuple("–" if s is None else typeset_number(f"{s / effort.factor:.4g}") for s in seconds)
         return (
-            grouped(point.dofs) if point.dofs else "–",
-            "–" if row.error is None else signed(f"{row.error / error.factor:.4g}"),
+            group_digits(point.dofs) if point.dofs else "–",
+            "–" if row.error is None else typeset_number(f"{row.error / error.factor:.4g}"),
             *(times if self.clock != UNKNOWNS else ()),
             "–" if point.iterations is None else str(point.iterations), point.linear_solver or "–",
             status_of(point.status) + (", disturbed" if self.view.disturbed(point) else ""),

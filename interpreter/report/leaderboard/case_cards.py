@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.comparison.comparison_view import SceneView, status_of
 from softmark.interpreter.report.comparison.work_precision_diagram import Diagram
 from softmark.interpreter.report.leaderboard.result_matrix import SIGNS, error_of
@@ -31,9 +31,9 @@ def _card(board: Board, name: str, views: Mapping[str, SceneView]) -> str:
 
 def _about(card: CaseCard, cells: list[Cell]) -> str:
     known = [c.uncertainty for c in cells if c.uncertainty]
-    low, high = (quantity(f(known), card.unit, 2, percent=True) if known else "" for f in (min, max))
+    low, high = (format_quantity(f(known), card.unit, 2, percent=True) if known else "" for f in (min, max))
     uncertainty = (f"± {low}" if low == high else f"± {low} to {high}") if known else "none is stated"
-    tolerance = "none" if card.tolerance is None else quantity(card.tolerance, card.unit, 3, percent=True)
+    tolerance = "none" if card.tolerance is None else format_quantity(card.tolerance, card.unit, 3, percent=True)
     entries = {
         "Scene": tag("span", text(card.scene), " (", tag("code", text(card.file)), ")"),
         "Judged by": tag("code", text(card.metric or "no metric")),
@@ -56,9 +56,9 @@ def _answers(cells: list[Cell]) -> str:
 def _answer(cell: Cell) -> str:
     sign, mood = SIGNS[cell.verdict]
     why = tag("small", prose(cell.message)) if cell.message else ""
-    time = "–" if cell.time_s is None else quantity(cell.time_s, "s", 3)
+    time = "–" if cell.time_s is None else format_quantity(cell.time_s, "s", 3)
     disturbed = tag("small", "disturbed") if "contaminated" in (cell.flags or ()) else ""
-    sure = "–" if not cell.uncertainty else quantity(cell.uncertainty, cell.unit, 2, percent=True)
+    sure = "–" if not cell.uncertainty else format_quantity(cell.uncertainty, cell.unit, 2, percent=True)
     return tag(
         "tr", tag("th", text(cell.model), tag("small", text(cell.outline)), scope="row"),
         tag("td", tag("code", text(cell.name))),

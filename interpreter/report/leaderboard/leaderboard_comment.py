@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.comment_markdown import MarkdownTable, Row, code, document, plain
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, Cell
 from softmark.interpreter.study.leaderboard.leaderboard_changes import changed, words
@@ -43,5 +43,5 @@ def _said(cell: Cell | None) -> str:
         return "–"
     if cell.error is None:
         return words(cell.status)
-    time = "" if cell.time_s is None else f", {quantity(cell.time_s, 's', 3)}"
-    return plain(f"{quantity(cell.error, cell.unit, 3, percent=True)}{time}")
+    time = "" if cell.time_s is None else f", {format_quantity(cell.time_s, 's', 3)}"
+    return plain(f"{format_quantity(cell.error, cell.unit, 3, percent=True)}{time}")

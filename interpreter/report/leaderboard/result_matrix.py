@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.comparison.comparison_view import status_of
 from softmark.interpreter.report.page.html_markup import section, tag, text
 from softmark.interpreter.study.leaderboard.leaderboard_cells import Board, Cell
@@ -52,7 +52,7 @@ def _cell(cells: Sequence[Cell]) -> str:
     if first.uncertainty:
         parts.append(tag("small", text(f"± {_amount(first.uncertainty, first.unit)}")))
     if first.time_s is not None:
-        parts.append(tag("small", text(quantity(first.time_s, "s", 2))))
+        parts.append(tag("small", text(format_quantity(first.time_s, "s", 2))))
     if first.status != "converged":
         parts.append(tag("small", text(status_of(first.status))))
     return tag("td", *parts, more, class_=mood, title=f"{first.name}: {first.outline}")
@@ -73,4 +73,4 @@ def error_of(cell: Cell) -> str:
 
 
 def _amount(value: float, unit: str) -> str:
-    return "< 1e-8 %" if unit == "1" and 0 <= value < 1e-10 else quantity(value, unit, 2, percent=True)
+    return "< 1e-8 %" if unit == "1" and 0 <= value < 1e-10 else format_quantity(value, unit, 2, percent=True)

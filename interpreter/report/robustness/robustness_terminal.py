@@ -87,7 +87,7 @@ def number(value: float, unit: str) -> str:
     """A value as people read it; near one half what is missing, which is what counts there."""
     if unit == "1" and 0.499 < value < 0.5:
         return f"0.5 - {0.5 - value:.3g}"
-    return units.show(float(f"{value:.4g}"), units.parse(unit).dimension)
+    return units.format_value(float(f"{value:.4g}"), units.parse_unit(unit).dimension)
 
 
 def _counts(summary: StressSummary) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.report.robustness.validity_range_text import chosen, ends
 from softmark.interpreter.study.robustness.robustness_record import StressChoice, StressEdge, StressPoint, StressStudy
@@ -96,8 +96,8 @@ def shown(value: Any, unit: str) -> str:
     if not isinstance(value, int | float) or isinstance(value, bool):
         return str(value)
     if unit not in ("1", ""):
-        return quantity(float(value), unit, DIGITS)
-    return signed(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
+        return format_quantity(float(value), unit, DIGITS)
+    return typeset_number(f"{value:.10g}" if 0.0 < GAP_LIMIT - value < 0.01 else f"{value:.{DIGITS}g}")
 
 
 def reach(own: Collection[StressEdge], unit: str) -> list[str]:

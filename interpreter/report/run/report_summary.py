@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.html_markup import count, listed
 from softmark.interpreter.results.declarations import Named
 from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult, Report
@@ -207,14 +207,14 @@ class Findings:
         worst = max(values, key=lambda n: values[n])
         if worst in best:
             return ""
-        return f", the farthest is `{worst}`: {quantity(values[worst], metric.unit, digits=2, percent=True)}"
+        return f", the farthest is `{worst}`: {format_quantity(values[worst], metric.unit, digits=2, percent=True)}"
 
     def _amount(self, metric: MetricColumn, best: tuple[str, ...]) -> str:
         """The least error, or the bound under which nothing tells several models apart."""
         if self.tied(metric):
-            return f"no difference above ± {quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
+            return f"no difference above ± {format_quantity(self.uncertainty(metric), metric.unit, 2, percent=True)}"
         value = value_of(self.report.models[best[0]], metric.name)
-        return quantity(value or 0.0, metric.unit, digits=2, percent=True)
+        return format_quantity(value or 0.0, metric.unit, digits=2, percent=True)
 
     def _expected(self) -> str:
         judged = self.report.expectations

@@ -11,7 +11,7 @@ from typing import Any
 
 from softmark.grammar.diagnostic import all_visible
 from softmark.interpreter.language import units
-from softmark.interpreter.language.number_formatting import as_asked, negligible
+from softmark.interpreter.language.number_formatting import format_moment_unit, is_negligible
 from softmark.interpreter.report.run import reused_results
 from softmark.interpreter.report.run.figures import state_charts
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
@@ -175,7 +175,7 @@ class _Rows:
             return "-"
         if metric.clock and "verdict" in found.details:
             return _verdict(found)
-        if negligible(found.value, self._largest[metric.name], metric.unit, self.findings.moved):
+        if is_negligible(found.value, self._largest[metric.name], metric.unit, self.findings.moved):
             return "0"
         off = stated_of(result, metric)
         error = "" if off is None else f" {error_statement_table.beside(off, found)}"
@@ -220,7 +220,7 @@ def _line(cells: Sequence[str], widths: Sequence[int], ends: bool) -> str:
 
 def _effort(m: ModelResult) -> list[str]:
     timing = m.time.get("solve_s")
-    clock = units.show(timing.median, units.TIME) if timing and m.status == "converged" else "-"
+    clock = units.format_value(timing.median, units.TIME) if timing and m.status == "converged" else "-"
     most = "<= " if timing and timing.most and clock != "-" else ""
     iterations, unknowns = str(m.solve.get("iterations", "-")), str(m.size.get("dofs", "-"))
     return [unknowns, iterations, most + _short(clock), INVERTED if m.inverted else STATUS[m.status]]
@@ -240,11 +240,11 @@ def _verdict(found: MetricResult) -> str:
 
 
 def _amount(value: float, unit_text: str) -> str:
-    dimension = units.parse(unit_text).dimension
+    dimension = units.parse_unit(unit_text).dimension
     if dimension == units.NONE:
         return f"{100 * value:.3g} %"
-    number, _, unit = units.show(value, dimension).partition(" ")
-    return as_asked(f"{float(number):.6g} {unit}", unit_text)
+    number, _, unit = units.format_value(value, dimension).partition(" ")
+    return format_moment_unit(f"{float(number):.6g} {unit}", unit_text)
 
 
 def _of_parts(findings: Findings) -> list[str]:

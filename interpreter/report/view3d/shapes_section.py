@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import grouped, quantity, scale_of, signed
+from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.charts.line_chart import sample
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
 from softmark.interpreter.report.page.figure_frame import SHOWN, PlateColumn, crowded, data_table, details
@@ -227,7 +227,7 @@ class _Shapes:
         if error is None:
             reference = self.findings.report.references.get(name)
             return reference.about if reference else ""
-        return f"mean {quantity(float(error.mean()), 'm', 3)}, largest {quantity(float(error.max()), 'm', 3)}"
+        return f"mean {format_quantity(float(error.mean()), 'm', 3)}, largest {format_quantity(float(error.max()), 'm', 3)}"
 
     def _still(self) -> str:
         words = "Shapes after deformation", f"{self._ranking()} {self._each()}"
@@ -276,8 +276,8 @@ class _Shapes:
         if not means:
             return f"{count(len(self.shapes), 'shape')}, without errors."
         least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
-        said = f"On average `{least}` is {quantity(means[least], 'm', 3)} from {self._from(least)}"
-        rest = f", `{most}` {quantity(means[most], 'm', 3)}" if most != least else ""
+        said = f"On average `{least}` is {format_quantity(means[least], 'm', 3)} from {self._from(least)}"
+        rest = f", `{most}` {format_quantity(means[most], 'm', 3)}" if most != least else ""
         return f"{said}{rest}."
 
     def _from(self, name: str) -> str:
@@ -291,7 +291,7 @@ class _Shapes:
         models = self.findings.report.models
         bare = [f"`{n}`" for n in self.shapes if self.errors and n not in self.errors and n in models]
         plainly = f" {several(bare)} {'has' if len(bare) == 1 else 'have'} no error to show." if bare else ""
-        step = quantity(step_of(self.shapes), "m", 2)
+        step = format_quantity(step_of(self.shapes), "m", 2)
         if self.carried:
             plainly += self.carried.caption(bool(self.errors))
         moment = "" if not self.dynamic else " in each state" if self.in_states else " at every moment"
@@ -305,20 +305,20 @@ class _Shapes:
         """Who goes beyond the scale of usual errors."""
         if not self.beyond:
             return ""
-        names, clip = several([f"`{n}`" for n in self.beyond]), quantity(self.clipped, "m", 3)
+        names, clip = several([f"`{n}`" for n in self.beyond]), format_quantity(self.clipped, "m", 3)
         verb = "goes" if len(self.beyond) == 1 else "go"
         return f" It ends at {clip} at first, so that the usual errors can be told apart; {names} {verb} beyond."
 
     # -------------------------------------------------------------- numbers
 
     def _columns(self) -> list[PlateColumn]:
-        scale = scale_of((self.most,), "m")
+        scale = choose_scale((self.most,), "m")
         names = [(n,) for n in self.shapes]
-        sizes = [(grouped(len(s.position)), grouped(len(s.triangles))) for s in self._given]
+        sizes = [(group_digits(len(s.position)), group_digits(len(s.triangles))) for s in self._given]
         cells = []
         for n in self.shapes:
             found = _statistics(self.errors[n]) if n in self.errors else ()
-            cells.append(tuple(signed(f"{v / scale.factor:.4g}") for v in found) or ("–",) * len(STATISTICS))
+            cells.append(tuple(typeset_number(f"{v / scale.factor:.4g}") for v in found) or ("–",) * len(STATISTICS))
         heads = tuple(scale.heading(s) for s in STATISTICS)
         return [
             PlateColumn("shape", ("shape",), names),

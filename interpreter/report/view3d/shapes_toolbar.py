@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.viridis import gradient
 from softmark.interpreter.report.page.html_markup import tag, text
@@ -117,7 +117,7 @@ def colour_bar(most: float, clipped: float, name: str) -> str:
     scales += scale_below(linear(0.0, cut, name, "m", 6), "clipped", MORE)
     low = top * 10.0**-DECADES
     whole = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(top) + 1e-9) + 1)
-    decades = tuple((10.0**k, quantity(10.0**k, "m", 3)) for k in whole)
+    decades = tuple((10.0**k, format_quantity(10.0**k, "m", 3)) for k in whole)
     scales += scale_below(Axis(low, top, f"{name}, logarithmic", decades, log=True), "log", LESS)
     return tag("div", colours(), scales, class_="colour-bar")
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import quantity, scale_of
+from softmark.interpreter.language.number_formatting import choose_scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import linear
 from softmark.interpreter.report.page.embedded_csv import Cell, short
 from softmark.interpreter.report.page.figure_frame import PlateColumn
@@ -39,7 +39,7 @@ class CarriedScale:
         """In words, with digits enough to tell the ends apart."""
         low, high = self.whole
         digits = 3 if high - low > 0.02 * max(abs(low), abs(high)) else 6
-        return quantity(value, self.kind.unit, digits, percent=True)
+        return format_quantity(value, self.kind.unit, digits, percent=True)
 
 
 def scale_over(numbers: list[CarriedNumber]) -> CarriedScale | None:
@@ -142,7 +142,7 @@ class CarriedColours:
         found = []
         for scale in self.scales:
             ratio = scale.kind.unit == "1"
-            shown = scale_of(scale.whole, scale.kind.unit, percent=ratio)
+            shown = choose_scale(scale.whole, scale.kind.unit, percent=ratio)
             named = {"words": scale.kind.words, "unit": scale.kind.unit, "whole": scale.whole, "usual": scale.usual}
             found.append(named | {"factor": shown.factor, "symbol": shown.unit})
         return found
@@ -197,7 +197,7 @@ class CarriedColours:
         """Least, mean and largest of each number, for the table."""
         found = []
         for i, scale in self.known.items():
-            unit = scale_of(scale.whole, scale.kind.unit, percent=scale.kind.unit == "1")
+            unit = choose_scale(scale.whole, scale.kind.unit, percent=scale.kind.unit == "1")
             rows = [self._statistics(n, i) for n in self.given]
             cells = [tuple("–" if v is None else unit.text(v, 4) for v in row) for row in rows]
             found.append(PlateColumn(scale.kind.words, tuple(unit.heading(s) for s in STATISTICS), cells))

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field
 from itertools import combinations
 
-from softmark.interpreter.language.field_schema import listed
-from softmark.interpreter.language.number_formatting import grouped, quantity
+from softmark.interpreter.language.field_schema import join_names
+from softmark.interpreter.language.number_formatting import format_quantity, group_digits
 from softmark.interpreter.results.json_records import Plain
 from softmark.interpreter.study.analysis.comparison_point import UNKNOWNS, ComparedPoint, Spread
 from softmark.interpreter.study.analysis.pareto_front import DISTURBED, Candidate, Judged
@@ -34,7 +34,7 @@ class Question:
 
     def amount(self, value: float) -> str:
         """An error in words."""
-        return quantity(value, self.unit, 3, percent=True)
+        return format_quantity(value, self.unit, 3, percent=True)
 
     @property
     def measured_from(self) -> str:
@@ -44,11 +44,11 @@ class Question:
     def effort(self, spread: Spread) -> str:
         """`84 ms (80 to 91 ms)`, or a number of unknowns."""
         if self.judged.clock == UNKNOWNS:
-            return f"{grouped(int(spread.median))} unknowns"
-        said = quantity(spread.median, "s", 3)
+            return f"{group_digits(int(spread.median))} unknowns"
+        said = format_quantity(spread.median, "s", 3)
         if spread.q1 == spread.q3:
             return said
-        low, high = quantity(spread.q1, "s", 3), quantity(spread.q3, "s", 3)
+        low, high = format_quantity(spread.q1, "s", 3), format_quantity(spread.q3, "s", 3)
         same = low.split("\u00a0")[1:] == high.split("\u00a0")[1:]
         return f"{said} ({low.split(chr(0xA0))[0] if same else low} to {high})"
 
@@ -200,7 +200,7 @@ def _not_told_apart(
     """The reference knows less than the errors that it finds: no level below that can be judged, nobody is closest."""
     winner = alike[0]
     several = len(alike) > 1
-    named = listed([f"`{c.label}`" for c in alike], NAMED)
+    named = join_names([f"`{c.label}`" for c in alike], NAMED)
     lost = level is None and bool(question.levels)
     blind = f", so no error of {question.amount(max(question.levels))} can be judged" if lost else ""
     few = "smallest" if question.judged.clock == UNKNOWNS else "quickest"
@@ -241,7 +241,7 @@ def remarks_of(point: ComparedPoint) -> list[str]:
             "and nothing of other loads."
         )
     if setup is not None:
-        spent = quantity(setup.median, "s", 3)
+        spent = format_quantity(setup.median, "s", 3)
         found.append(f"Its time leaves out {spent} in which it is made from `{reduced.of}`.")
     return found
 

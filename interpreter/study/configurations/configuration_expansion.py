@@ -133,7 +133,7 @@ def read_vary(texts: Sequence[str]) -> tuple[tuple[Vary, ...], tuple[str, ...]]:
             models += [v.strip() for v in values.split(",") if v.strip()]
             continue
         parts = split(values) or [""]
-        read = [parameter_overrides.read_one(f"{name}{equals}{part}", diagnostics, "--vary") for part in parts]
+        read = [parameter_overrides.read_override(f"{name}{equals}{part}", diagnostics, "--vary") for part in parts]
         found.append(Vary(name, tuple(v for o in read if o is not None for v in _opened(o))))
     names = [v.name for v in found]
     twice = [n for n in names if names.count(n) > 1]

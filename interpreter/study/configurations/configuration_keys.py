@@ -73,7 +73,7 @@ def words_of(declared: Declared) -> str:
     """A declaration as text, with the contents of files in place of their names; of whose plugin and program it is."""
     text = repr(declared.thing)
     for file in sorted(set(source_digests.files_of(declared.thing)), key=len, reverse=True):
-        text = text.replace(repr(file), source_digests.of_file(file))
+        text = text.replace(repr(file), source_digests.slice_of_file(file))
     whose = source_digests.of_plugins(declared.thing)
     if isinstance(declared.thing, Asked):
         whose += source_digests.of_program(declared.thing.program)

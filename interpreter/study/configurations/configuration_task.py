@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
-from softmark.interpreter.metrics.metric_base import OfForces
+from softmark.interpreter.metrics.metric_base import ForceMetric
 from softmark.interpreter.planning.declaration_dependencies import reached
 from softmark.interpreter.results.json_records import clean
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
@@ -215,7 +215,7 @@ def _errors(scene: Scene, report: Report, model: ModelResult) -> dict[str, Point
 
 def _by_itself(scene: Scene, metric: Declared) -> bool:
     """Whether it looks at no probe, or at forces there: whether displacements have a limit is another question."""
-    return metric.thing.probe_in(scene) is None or isinstance(metric.thing, OfForces)
+    return metric.thing.probe_in(scene) is None or isinstance(metric.thing, ForceMetric)
 
 
 def _against(metric: Declared) -> str | None:
@@ -234,14 +234,14 @@ def _automatic(report: Report, model: ModelResult) -> dict[str, PointError]:
 
 
 def _relative(reference: ReferenceResult, probe: ProbeResult, name: str) -> PointError:
-    from softmark.interpreter.metrics.relative_displacement_error import EnergyNorm
+    from softmark.interpreter.metrics.relative_displacement_error import RelativeDisplacementError
     from softmark.interpreter.metrics.undefined_metric import Undefined
 
-    none = PointError(None, EnergyNorm.unit, reference.name)
+    none = PointError(None, RelativeDisplacementError.unit, reference.name)
     if name not in reference.probes:
         return replace(none, reason=f"the reference `{reference.name}` has no solution")
     try:
-        value = EnergyNorm(name, reference.name).value(
+        value = RelativeDisplacementError(name, reference.name).value(
             probe.points, probe.displacement, reference.probes[name].displacement
         )
     except Undefined as undefined:

@@ -106,9 +106,9 @@ def _misfit(case: Case, scene: Scene) -> Diagnostic | None:
     if case.kind != kind:
         message = f"`{metric.thing.measured_from}`, from which `{case.by}` measures, is {_article(kind)}"
         return case.fault("E744", "kind", message, "another kind", f"write `kind = {kind.replace(' ', '_')}`")
-    if (wanted := units.parse(metric.thing.unit).dimension) != case.dimension:
-        message = f"`{case.by}` is {units.named(wanted)}, and its tolerance is {units.named(case.dimension)}"
-        return case.fault("E745", "within", message, "another unit", f"give it in {units.usual(wanted)}")
+    if (wanted := units.parse_unit(metric.thing.unit).dimension) != case.dimension:
+        message = f"`{case.by}` is {units.dimension_name(wanted)}, and its tolerance is {units.dimension_name(case.dimension)}"
+        return case.fault("E745", "within", message, "another unit", f"give it in {units.usual_units(wanted)}")
     return None
 
 

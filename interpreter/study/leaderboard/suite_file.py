@@ -165,7 +165,7 @@ def _made(
         found.append(made.fault("E744", "kind", f"`{kind.text}` is no kind of reference", "not known", hint))
         return None
     try:
-        unit = units.parse(within.unit.text) if within.unit else units.Measure(1.0, units.NONE)
+        unit = units.parse_unit(within.unit.text) if within.unit else units.Measure(1.0, units.NONE)
     except UnitError as error:
         found.append(made.fault("E745", "within", error.problem, "not a unit", error.remedy))
         return None

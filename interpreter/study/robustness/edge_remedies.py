@@ -97,7 +97,7 @@ def quantity_words(quantity: WalkedQuantity, value: float) -> str:
         return str(int(value))
     if quantity.vector:
         return f"{value:.4g}x"
-    return units.show(float(f"{value:.4g}"), quantity.dimension) if value else "0"
+    return units.format_value(float(f"{value:.4g}"), quantity.dimension) if value else "0"
 
 
 def _by_cost(point: Classified, quantity: WalkedQuantity, edge: StressEdge) -> str | None:

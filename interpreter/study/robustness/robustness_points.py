@@ -9,7 +9,7 @@ from dataclasses import field, replace
 from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import parameter_overrides
 from softmark.interpreter.language.compiled_scene import Scene
-from softmark.interpreter.language.scene_states import in_last
+from softmark.interpreter.language.scene_states import in_last_state
 from softmark.interpreter.planning.robustness_plan import StudyUnderway
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject, task_of
@@ -65,12 +65,12 @@ class Ground:
         return self._sites[values]
 
     def _made(self, values: Values) -> Site:
-        given = [parameter_overrides.read_one(self.quantity(n).override(v), []) for n, v in values]
+        given = [parameter_overrides.read_override(self.quantity(n).override(v), []) for n, v in values]
         scene, found = varied(self.subject.scene, [o for o in given if o is not None])
         errors = tuple(d for d in found if d.severity == "error")
         if self.asked.against not in scene.declared:
             return Site(scene, errors)
-        return Site(scene, errors, *theory_of(in_last(scene), self.asked.against))
+        return Site(scene, errors, *theory_of(in_last_state(scene), self.asked.against))
 
     def task(self, values: Values, model: str) -> PointTask:
         """What performing this point needs; its key is that of the configuration and of what is asked of it."""

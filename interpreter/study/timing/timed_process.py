@@ -158,14 +158,14 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     from pathlib import Path
 
     from softmark.grammar.diagnostic import Source
-    from softmark.interpreter.language.scene_sources import Missing, locate, read
+    from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_scene_file
     from softmark.interpreter.problem.body_case import case_for
     from softmark.interpreter.validation.constructor_registry import compiled
 
     try:
-        path = locate(job.file) if job.text is None and job.file else None
-        source = read(path) if path else Source(job.file or "<text>", job.text or "")
-    except Missing as missing:
+        path = locate_scene(job.file) if job.text is None and job.file else None
+        source = read_scene_file(path) if path else Source(job.file or "<text>", job.text or "")
+    except UnreadableScene as missing:
         raise Untimed(missing.reason) from missing
     folder = path.parent if path else Path(job.folder)
     scene, found = compiled(source, folder, path, job.overrides, job.plugins)

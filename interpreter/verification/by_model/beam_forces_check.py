@@ -20,7 +20,14 @@ from softmark.interpreter.verification.by_model.solid_forces_check import LEFT
 from softmark.interpreter.verification.by_model.verifier import Found
 from softmark.interpreter.verification.reaction_balance import summed
 from softmark.interpreter.verification.unverified_models import Unchecked
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerArea, PerLength, PerMass, Routed, Turning
+from softmark.interpreter.vocabulary.load_words import (
+    BodyForce,
+    LineForce,
+    MomentLoad,
+    PointLoad,
+    SurfaceTraction,
+    TendonLoad,
+)
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.rod_forces import CheckedRod, frames
@@ -69,7 +76,7 @@ class BeamLine:
         f, m = both[:, :3], both[:, 3:]
         for load in self.case.loads:
             match load.thing.action:
-                case PerMass(acceleration=g):
+                case BodyForce(acceleration=g):
                     w = self.case.material.density * np.array(g)
                     if shape.tapered:
                         f += np.outer(hats(self.s, 0.0, shape.length, lambda at: shape.section_at(at).area), w)
@@ -77,27 +84,27 @@ class BeamLine:
                     w *= shape.section.area
                     f[:-1] += 0.5 * l[:, None] * w
                     f[1:] += 0.5 * l[:, None] * w
-                case PerArea(where=where, traction=traction):
+                case SurfaceTraction(where=where, traction=traction):
                     end = 0 if coverage(where, shape, 0.0) == "all" else -1
                     f[end] += shape.section_at(self.s[end]).area * np.array(traction)
-                case Turning(where=where, moment=moment):
+                case MomentLoad(where=where, moment=moment):
                     m[0 if coverage(where, shape, 0.0) == "all" else -1] += np.array(moment)
-                case PerLength(begin=begin, end=end, force=q):
+                case LineForce(begin=begin, end=end, force=q):
                     f += self._line(np.array(begin), np.array(end))[:, None] * np.array(q)
-                case Routed(guides=int(count)) as tendon:
+                case TendonLoad(guides=int(count)) as tendon:
                     both += self._guided(tendon, count, rod)
-                case Routed() as tendon:
+                case TendonLoad() as tendon:
                     low, high = sorted(shape.own(p)[0] for p in (tendon.begin, tendon.end))
                     ends = np.clip(self.s, low, high)
                     arms, slopes = self._route(tendon, 0.5 * (ends[1:] + ends[:-1]))
                     both += rod.pulled(tendon.tension * np.diff(ends) / np.diff(self.s), arms, slopes)
-                case AtPoint(at=at, force=force) if station(self.case, at) is None:
+                case PointLoad(at=at, force=force) if station(self.case, at) is None:
                     X, axes = self.at_rest
                     off = np.array(at) - X
                     node = int(np.abs(self.s - shape.own(at)[0]).argmin())
                     f[node] += np.array(force)
                     m[node] += np.cross(rod.R[node] @ (axes[node] @ off[node]), np.array(force))
-                case AtPoint(at=at, force=force):
+                case PointLoad(at=at, force=force):
                     s = station(self.case, at) or 0.0
                     for node in range(len(self.s)):
                         f[node] += np.interp(s, self.s, np.eye(len(self.s))[node]) * np.array(force)
@@ -110,7 +117,7 @@ class BeamLine:
         low, high = sorted(float((p - np.array(self.case.prism.root)) @ self.axes[0]) for p in (begin, end))
         return hats(self.s, low, high)
 
-    def _route(self, tendon: Routed, s: Floats) -> tuple[Floats, Floats]:
+    def _route(self, tendon: TendonLoad, s: Floats) -> tuple[Floats, Floats]:
         """Arms and slopes of a tendon (k, 3) in the axes of sections at stations s (k,), m, by complex numbers."""
         shape = self.case.prism
         (low, *first), (high, *last) = sorted(shape.own(p) for p in (tendon.begin, tendon.end))
@@ -122,7 +129,7 @@ class BeamLine:
         arms, slopes = (np.stack([0.0 * z, f.real, f.imag], axis=1) for f in (arm, slope))
         return arms, slopes
 
-    def _guided(self, tendon: Routed, count: int, rod: CheckedRod) -> Floats:
+    def _guided(self, tendon: TendonLoad, count: int, rod: CheckedRod) -> Floats:
         """What a tendon does at its guides (n, 6), N and N m in space: pulls along the chords, guide by guide."""
         low, high = sorted(self.case.prism.own(p)[0] for p in (tendon.begin, tendon.end))
         found, places = np.zeros((len(self.s), 6)), np.linspace(low, high, count)

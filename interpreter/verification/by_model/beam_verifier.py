@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.models.beam import curved_beam_limits, flat_strips
 from softmark.interpreter.models.beam.beam_declaration import Beam6Dof
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
@@ -84,7 +84,7 @@ class Beams(Voucher):
 
     def model(self, answer: Answer, seen: ProbeAnswer) -> float:
         """What the theory leaves out. Raises Unknown."""
-        tensors = isinstance(seen.metric, OfTensors)
+        tensors = isinstance(seen.metric, TensorMetric)
         if not (seen.in_forces or seen.in_displacements or tensors):
             raise Unknown(f"{NO_ERROR}: what the theory of {self.theory} leaves out is known of displacements alone")
         missing = self.left_out(answer)

@@ -23,7 +23,7 @@ from softmark.interpreter.verification.probe_errors import Unknown
 from softmark.interpreter.verification.reaction_balance import summed
 from softmark.interpreter.verification.solution_under_test import Answer
 from softmark.interpreter.verification.unverified_models import Unchecked
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, PerMass, Turning
+from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce, MomentLoad, PointLoad
 from softmark.interpreter.vocabulary.support_words import Hinged
 from softmark.records import dataclass
 from softmark.solvers.independent_forces.rod_forces import CheckedRod
@@ -107,20 +107,20 @@ class Frame:
         for load in self.found.case.loads:
             found = np.zeros((len(X), 6))
             match load.thing.action:
-                case PerMass(acceleration=g):
+                case BodyForce(acceleration=g):
                     w = self.found.case.material.density * np.array(g)
                     found[:, :3] = np.outer(hats(s, 0.0, member.length, lambda at: member.section_at(at).area), w)
-                case PerLength(begin=begin, end=end, force=q):
+                case LineForce(begin=begin, end=end, force=q):
                     if frame_selection.line(self.network, begin, end)[0] == number:  # type: ignore[index]
                         low, high = sorted(
                             float(np.dot(np.subtract(p, member.begin), member.axis)) for p in (begin, end)
                         )
                         found[:, :3] = np.outer(hats(s, low, high), q)
-                case AtPoint(at=at, force=force):
+                case PointLoad(at=at, force=force):
                     if frame_selection.at(self.network, at)[0] == number:  # type: ignore[index]
                         here = float(np.dot(np.subtract(at, member.begin), member.axis))
                         found[:, :3] = np.outer([np.interp(here, s, row) for row in np.eye(len(X))], force)
-                case Turning(where=where, moment=moment):
+                case MomentLoad(where=where, moment=moment):
                     at = self.network.points[frame_selection.selected(where, self.network)[0][0]]
                     ends = [i for i in (0, -1) if np.allclose(X[i], at, rtol=0.0, atol=1e-9 * member.length)]
                     if ends and number == self._first_at(at):

@@ -6,7 +6,7 @@ from dataclasses import field
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.metrics.tensor_metrics import OfTensors
+from softmark.interpreter.metrics.tensor_metrics import TensorMetric
 from softmark.interpreter.models.postprocessing.nodal_forces import Wrench
 from softmark.interpreter.models.shared.prepared_model import Prepared, Solution
 from softmark.interpreter.problem.body_case import Case
@@ -94,7 +94,7 @@ def from_coarser(coarser: list[tuple[Solution, float]], seen: ProbeAnswer, order
     if second and abs(second[0][1] - ratio) <= 0.25 * ratio:
         far = near.of(second[0][0])
         farther = near.apart(far)
-        if isinstance(seen.metric, OfTensors):  # three numbers do not agree by chance, and tensors need not
+        if isinstance(seen.metric, TensorMetric):  # three numbers do not agree by chance, and tensors need not
             apart, farther = seen.change(near), near.change(far)
     if seen.in_forces and answer.case.contacts:
         from softmark.interpreter.verification import contact_error

@@ -12,7 +12,7 @@ from softmark.solvers.contact.signed_distance.distance_function import Look
 from softmark.solvers.contact.signed_distance.polygon_distance import Outline
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.polygons import Corners, edges
-from softmark.solvers.mesh.shape import Vector3, moved, transverse
+from softmark.solvers.mesh.shape import Vector3, add_multiples, transverse
 
 AXIS = 1e-12  # of its size: what is as near is on the axis
 
@@ -38,7 +38,7 @@ class Turned:
     @cached_property
     def centroid(self) -> Vector3:
         """Centroid of its volume, m: z = int r z dA / int r dA over the half-section."""
-        return moved(self.origin, (middle(self.corners), self.axis))
+        return add_multiples(self.origin, (middle(self.corners), self.axis))
 
     def _own(self, X: Floats) -> tuple[Floats, Floats, Floats]:
         """Return radius and axial position (n, 2), m, the radial unit vector (n, 3), and a mask of points on the axis."""

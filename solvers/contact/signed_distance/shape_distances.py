@@ -8,11 +8,11 @@ from softmark.solvers.contact.signed_distance.revolved_shapes import Turned, mid
 from softmark.solvers.contact.signed_distance.rounded_shapes import Ball, Rounded
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Revolution
-from softmark.solvers.mesh.rigid_shapes import HalfSpace, RoundedBox, RoundedTurned
-from softmark.solvers.mesh.shape import Shape, Vector3, moved
+from softmark.solvers.mesh.rigid_shapes import HalfSpace, RoundedBox, RoundedRevolution
+from softmark.solvers.mesh.shape import Shape, Vector3, add_multiples
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
-from softmark.solvers.mesh.surface_bodies import Enclosed
+from softmark.solvers.mesh.surface_bodies import SurfaceBody
 from softmark.solvers.mesh.tubes import Tube
 
 ARC = 1024  # points of a rounded corner, of which the middle of the volume is found: to 1e-7 of the size
@@ -69,10 +69,10 @@ def revolved(shape: Revolution) -> Gap:
     return Turned(shape.outline, shape.axis, shape.origin)
 
 
-def rounded(shape: RoundedTurned) -> Gap:
+def rounded(shape: RoundedRevolution) -> Gap:
     """Return the gap of a rounded body of revolution: its core and all points near it."""
     core = Turned(shape.core, shape.axis, shape.origin)
-    centre = moved(shape.origin, (middle(shape.outline(ARC)), shape.axis))
+    centre = add_multiples(shape.origin, (middle(shape.outline(ARC)), shape.axis))
     return Rounded(core, shape.rounding, centre)
 
 
@@ -85,9 +85,9 @@ def surface(shape: Shape) -> Gap:
     """Return the gap of a closed triangle surface, repaired like those of filled bodies. Raises UnreadableMesh."""
     from softmark.solvers.contact.signed_distance.triangle_surface import Surface
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
-    from softmark.solvers.mesh.files.watertight_repair import closed
+    from softmark.solvers.mesh.files.watertight_repair import close_surface
 
-    whole = shape.closed() if isinstance(shape, Enclosed) else closed(*shape.surface(0.0))
+    whole = shape.closed() if isinstance(shape, SurfaceBody) else close_surface(*shape.surface(0.0))
     if whole.crossings:  # where parts overlap, the nearest triangle may be within: no side of it is outside
         raise UnreadableMesh(
             f"its surface passes through itself, at {whole.crossings} triangles: what is inside is not clear",

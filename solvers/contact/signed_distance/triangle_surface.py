@@ -9,7 +9,7 @@ import numpy as np
 
 from softmark.solvers.contact.signed_distance.distance_function import Look
 from softmark.solvers.contact.signed_distance.triangle_tree import Boxes
-from softmark.solvers.mesh.files.watertight_repair import normals, signed
+from softmark.solvers.mesh.files.watertight_repair import normals, signed_volume
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.mesh.shape import Vector3
 
@@ -98,7 +98,7 @@ class Surface:
         middle = self.points.mean(axis=0)
         a, b, c = (self.corners[:, i] - middle for i in range(3))
         six = np.einsum("ti,ti->t", a, np.cross(b, c))
-        x, y, z = (middle + six @ (a + b + c) / (24.0 * signed(self.points, self.triangles))).tolist()
+        x, y, z = (middle + six @ (a + b + c) / (24.0 * signed_volume(self.points, self.triangles))).tolist()
         return x, y, z
 
     def _closest(self, X: Floats) -> tuple[Ints, Floats, Floats]:

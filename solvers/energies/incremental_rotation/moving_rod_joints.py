@@ -1,4 +1,5 @@
-"""Rods that share points, in motion: unknowns of the points, from which those of all nodes follow (rod_joints.py)."""
+"""Jointed rods in dynamics: the unknowns are those of the joints, and the nodes follow from them (see rod_joints.py).
+"""
 
 from __future__ import annotations
 
@@ -9,21 +10,22 @@ from softmark.solvers.energies.rod_joints import Jointed, Joints
 
 
 class JointChart:
-    """A chart of the points: rotation vectors about their axes are those of the nodes about theirs, turned."""
+    """Rotation chart of the joints: their rotation vectors, expressed in the axes of the nodes, are those of the nodes.
+    """
 
     def __init__(self, rest: Floats, joints: Joints) -> None:
         self.nodes, self.joints = RodChart(rest), joints
 
     def reset(self) -> None:
-        """Count from the undeformed state."""
+        """Set the reference rotations to those of the undeformed state."""
         self.nodes.reset()
 
     def state(self, x: Floats) -> Floats:
-        """The state (nodes * 7,) of unknowns x (points * 6,)."""
+        """Return the state (nodes * 7,) of unknowns x (points * 6,)."""
         return self.nodes.state(self.joints.spread(x))
 
     def rebase(self, x: Floats) -> Floats:
-        """Count from the state x from now on; the unknowns of that state, whose rotation vectors are zero."""
+        """Make x the reference and return the unknowns of the same state, whose rotation vectors are then zero."""
         self.nodes.rebase(self.joints.spread(x))
         new = x.reshape(-1, 6).copy()
         new[:, 3:] = 0.0
@@ -31,9 +33,9 @@ class JointChart:
 
 
 @dataclass(frozen=True)
-class JointedInMotion(Jointed):
-    """An energy over the unknowns of the nodes' chart, over those of the points."""
+class MovingJointedRods(Jointed):
+    """An energy over the unknowns of the rod nodes, expressed in the unknowns of the joints."""
 
     def _state(self, x: Floats) -> Floats:
-        """The unknowns of the nodes."""
+        """Return the unknowns of the nodes."""
         return self.joints.spread(x)

@@ -1,14 +1,14 @@
-"""Strain energy, forces and tangents of a rod whose state is told by rotation vectors, in one loop over its elements.
+"""Compiled strain energy, forces and tangents of a rod described by rotation vectors, in one loop over its elements.
 
-The formulas are not those of `rod_kinematics`: derivatives are taken in the axes of the middle of each element, where
-with theta the rotation from node a to node b, t = |theta| and [v] the matrix of v x
+The formulas differ from those of `rod_kinematics`: derivatives are taken in the axes of the middle of each element.
+With theta the rotation from node a to node b, t = |theta| and [v] the matrix of v x
 
     d theta = J phi_b - J^T phi_a      J = 1 + [theta]/2 + b [theta]^2, b = (1 - t/2 cot(t/2)) / t^2
     psi     = A phi_b + A^T phi_a      A = (1 + tau [theta]) / 2,       tau = tan(t/4) / t
 
-phi are rotations of the nodes about their own axes, psi that of the middle. Both follow from the right Jacobian of the
-exponential map (Sola, Deray and Atchuthan 2018, arXiv:1812.01537, equations 143 to 145). The tangent is that of the
-forces: it is not symmetric out of balance, and its symmetric part is the Hessian of `rod.RodElastic`.
+phi are rotations of the nodes about their own axes, psi is that of the middle. Both follow from the right Jacobian of
+the exponential map (Sola, Deray and Atchuthan 2018, arXiv:1812.01537, equations 143 to 145). The tangent is the
+derivative of the forces. It is not symmetric out of equilibrium; its symmetric part is the Hessian of `RodElastic`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ Ints = NDArray[np.int64]
 
 @kernel
 def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> None:
-    """Positions X + u (n, 3), rotations q0 exp(phi / 2) (n, 4) and right Jacobians of phi (n, 3, 3) of x (n, 6)."""
+    """Compute positions X + u (n, 3), rotations q0 exp(phi / 2) (n, 4) and right Jacobians of phi (n, 3, 3) of x (n,
+    6).
+    """
     for k in range(x.shape[0]):
         a, b, c = x[k, 3], x[k, 4], x[k, 5]
         m = a * a + b * b + c * c
@@ -54,7 +56,7 @@ def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> 
 
 @part
 def _curved(m: float) -> tuple[float, float]:
-    """(1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2: what is left out of each series is below rounding."""
+    """Return (1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2; the truncated series are exact to rounding."""
     if m < 0.01:
         p = 0.5 - m * (1.0 / 24.0 - m * (1.0 / 720.0 - m * (1.0 / 40320.0 - m / 3628800.0)))
         return p, 1.0 / 6.0 - m * (1.0 / 120.0 - m * (1.0 / 5040.0 - m / 362880.0))
@@ -64,7 +66,7 @@ def _curved(m: float) -> tuple[float, float]:
 
 @part
 def _factors(m: float) -> tuple[float, float, float, float]:
-    """tau, tau' / t, b and b' / t for m = t^2: series below a half, where the closed forms lose digits."""
+    """Return tau, tau' / t, b and b' / t for m = t^2; series are used below 0.5, where the closed forms lose digits."""
     if m < 0.25:
         y = m / 16.0
         tau = 0.25 * (1.0 + y * (1.0 / 3.0 + y * (2.0 / 15.0 + y * (17.0 / 315.0 + y * (
@@ -85,7 +87,7 @@ def _factors(m: float) -> tuple[float, float, float, float]:
 
 @part
 def _hat(v: Floats, scale: float, M: Floats) -> None:
-    """M += scale [v]."""
+    """Add a cross-product matrix: M += scale [v]."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
         M[h, j] += scale * v[i]
@@ -94,7 +96,7 @@ def _hat(v: Floats, scale: float, M: Floats) -> None:
 
 @part
 def _rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
-    """M += scale a b^T."""
+    """Add a rank-one matrix: M += scale a b^T."""
     for i in range(3):
         for j in range(3):
             M[i, j] += scale * a[i] * b[j]
@@ -102,7 +104,7 @@ def _rank_one(a: Floats, b: Floats, scale: float, M: Floats) -> None:
 
 @part
 def _cross(a: Floats, b: Floats, found: Floats) -> None:
-    """a x b."""
+    """Compute a x b."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
         found[i] = a[j] * b[h] - a[h] * b[j]
@@ -110,7 +112,7 @@ def _cross(a: Floats, b: Floats, found: Floats) -> None:
 
 @part
 def _add_product(A: Floats, B: Floats, scale: float, C: Floats, transposed: bool) -> None:
-    """C (3, n) += scale A B, or A^T B."""
+    """Add C (3, n) += scale A B, or scale A^T B if `transposed`."""
     for i in range(3):
         for k in range(3):
             factor = scale * (A[k, i] if transposed else A[i, k])
@@ -121,7 +123,7 @@ def _add_product(A: Floats, B: Floats, scale: float, C: Floats, transposed: bool
 
 @part
 def _rotation(q: Floats, R: Floats) -> None:
-    """R of a unit quaternion."""
+    """Compute the rotation matrix R of a unit quaternion."""
     w, a, b, c = q[0], q[1], q[2], q[3]
     R[0, 0], R[0, 1], R[0, 2] = 1.0 - 2.0 * (b * b + c * c), 2.0 * (a * b - w * c), 2.0 * (a * c + w * b)
     R[1, 0], R[1, 1], R[1, 2] = 2.0 * (a * b + w * c), 1.0 - 2.0 * (a * a + c * c), 2.0 * (b * c - w * a)
@@ -130,7 +132,7 @@ def _rotation(q: Floats, R: Floats) -> None:
 
 @part
 def _between(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
-    """The rotation vector from qa to qb and the rotation of their middle; |theta|^2."""
+    """Compute the rotation vector from qa to qb and the rotation of their middle; return |theta|^2."""
     dot = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3]
     sign = -1.0 if dot < 0.0 else 1.0
     dot *= sign
@@ -158,8 +160,10 @@ def _forces(
     e: int, elements: Ints, l: Floats, theta: Floats, factors: tuple[float, float, float, float], R: Floats,
     Gamma: Floats, N: Floats, M: Floats, scale: float, w: Floats, tw: Floats, tM: Floats, ttM: Floats, g: Floats,
 ) -> None:  # fmt: skip
-    """g (n, 6) += scale times what an element does that carries N and M, if any; and the products w = l N x Gamma,
-    theta x w, theta x M and theta x (theta x M)."""
+    """Add the nodal forces of an element with resultants N and M to g (n, 6), unless g is empty.
+
+    Also compute the products w = l N x Gamma, theta x w, theta x M and theta x (theta x M).
+    """
     tau, _, beta, _ = factors
     _cross(N, Gamma, w)
     for i in range(3):
@@ -187,7 +191,8 @@ def _increments(
     theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
     A: Floats, J: Floats, by: Floats,
 ) -> None:  # fmt: skip
-    """A, J, and of `by` what theta, psi and Gamma are by the increments of both nodes; the rest becomes zero."""
+    """Compute A, J, and in `by` the derivatives of theta, psi and Gamma by the nodal increments; zero the rest of `by`.
+    """
     tau, _, beta, _ = factors
     A[:], J[:], by[:] = 0.0, 0.0, 0.0
     _hat(theta, 0.5 * tau, A)
@@ -209,7 +214,7 @@ def _tangent(
     l: float, theta: Floats, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, N: Floats, M: Floats,
     w: Floats, tw: Floats, ttM: Floats, A: Floats, J: Floats, by: Floats, D_a: Floats, D_b: Floats, block: Floats,
 ) -> None:  # fmt: skip
-    """The `block` (12, 12) of an element by turns about own axes, where `by` has what N and M are by increments."""
+    """Compute the `block` (12, 12) of an element by rotations about own axes; `by` holds the derivatives of N and M."""
     tau, tau_t, beta, beta_t = factors
     D_a[:], D_b[:], block[:] = 0.0, 0.0, 0.0
     dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
@@ -242,7 +247,7 @@ def _tangent(
 def _put(
     e: int, elements: Ints, T: Floats, slots: Ints, scale: float, block: Floats, moment: Floats, data: Floats
 ) -> None:
-    """data[slots] += scale times a block by the unknowns, that by turns times what T turns them by (n, 3, 3)."""
+    """Add an element block to data[slots], converted from own-axis rotations to the unknowns by T (n, 3, 3)."""
     a, b = elements[e, 0], elements[e, 1]
     for i in range(12):
         _behind(block[i, 3:6], T[a], moment)
@@ -257,9 +262,9 @@ def rod(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, C: Floats, rest: Floats, scale: float,
     g: Floats, slots: Ints, data: Floats,
 ) -> float:  # fmt: skip
-    """The strain energy, J; g (n, 6) += scale forces; data[slots] += scale their tangent by what T turns (n, 3, 3).
+    """Return the strain energy, J; g (n, 6) += scale forces; data[slots] += scale tangent by the unknowns, through T.
 
-    An empty `g` or `slots` asks for none; negative slots are left out. `C` and `rest` strains are (m, 6).
+    An empty `g` or `slots` skips forces or tangent; negative slots are skipped. `C` and `rest` strains are (m, 6).
     """
     energy = 0.0
     theta, w, M, tw, tM, ttM, N, Gamma, moment, p = np.zeros((10, 4))
@@ -299,7 +304,7 @@ def tendons(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, arms: Floats, slopes: Floats, pulls: Floats,
     scale: float, g: Floats, slots: Ints, data: Floats,
 ) -> float:  # fmt: skip
-    """What `rod` is of a rod, of tendons with `arms` and `slopes` (k, m, 3) and tensions `pulls` (k, m) in elements.
+    """Compute energy, forces and tangent of tendons with `arms` and `slopes` (k, m, 3) and tensions `pulls` (k, m).
 
     In the middle of an element with y = Gamma + K x a + a' and t = y / |y| they add pull t to N and a x pull t to M.
     """
@@ -349,7 +354,7 @@ def tendons(
 def _pulled(
     Gamma: Floats, K: Floats, arm: Floats, slope: Floats, tension: float, y: Floats, pull: Floats, own: Floats
 ) -> float:
-    """|y|, y itself, the pull of a tendon along it and its moment a x pull."""
+    """Compute y, the tendon force along it and its moment a x pull; return |y|."""
     _cross(K, arm, y)
     size = 0.0
     for i in range(3):
@@ -364,7 +369,7 @@ def _pulled(
 
 @part
 def _add_cross(v: Floats, B: Floats, scale: float, C: Floats) -> None:
-    """C (3, n) += scale [v] B."""
+    """Add C (3, n) += scale [v] B."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
         for c in range(B.shape[1]):
@@ -373,7 +378,7 @@ def _add_cross(v: Floats, B: Floats, scale: float, C: Floats) -> None:
 
 @part
 def _behind(row: Floats, T: Floats, left: Floats) -> None:
-    """row (3,) becomes row T."""
+    """Multiply a row vector by T: row (3,) becomes row T."""
     for i in range(3):
         left[i] = row[i]
     for j in range(3):
@@ -382,7 +387,7 @@ def _behind(row: Floats, T: Floats, left: Floats) -> None:
 
 @part
 def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
-    """exp(theta) and the right Jacobian of theta = (x, y, z)."""
+    """Compute exp(theta) and the right Jacobian of theta = (x, y, z)."""
     m = x * x + y * y + z * z
     if m < 0.01:
         s = 1.0 - m / 6.0 * (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0)))
@@ -399,7 +404,7 @@ def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
 
 @kernel
 def gyroscopic(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> None:
-    """f (dofs,) += scale w x J w of sections with velocities w = v[where], moments of inertia J (n, 3)."""
+    """Add gyroscopic moments: f (dofs,) += scale w x J w for sections with w = v[where] and inertia J (n, 3)."""
     for k in range(where.shape[0]):
         for i in range(3):
             a, b = (i + 1) % 3, (i + 2) % 3
@@ -408,7 +413,7 @@ def gyroscopic(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> No
 
 @kernel
 def gyroscopic_slopes(where: Ints, v: Floats, J: Floats, scale: float, found: Floats) -> None:
-    """`scale` times the derivatives by w (n, 3, 3) of w x J w."""
+    """Compute `scale` times the derivatives of w x J w by w (n, 3, 3)."""
     for k in range(where.shape[0]):
         for i in range(3):
             a, b = (i + 1) % 3, (i + 2) % 3
@@ -421,10 +426,10 @@ def gyroscopic_slopes(where: Ints, v: Floats, J: Floats, scale: float, found: Fl
 def spun(
     where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats
 ) -> None:
-    """What the change of angular momentum over a step h, seen from its middle, has beyond J (w1 - w0) / h.
+    """Add the change of angular momentum over a step h, seen from its middle, beyond J (w1 - w0) / h.
 
-    f (dofs,) += (exp(x/2) J w1 - exp(-x/2) J w0 - J (w1 - w0)) / h; `found` (n, 3, 3), or empty: its derivative by x,
-    where w1 goes with B x.
+    f (dofs,) += (exp(x/2) J w1 - exp(-x/2) J w0 - J (w1 - w0)) / h. `found` (n, 3, 3), unless empty, receives the
+    derivative by x, where w1 changes by B times x.
     """
     E, T = np.zeros((2, 3, 3))
     for k in range(where.shape[0]):

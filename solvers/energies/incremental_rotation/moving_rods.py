@@ -1,9 +1,10 @@
-"""Energies of a rod in motion, over displacements of its nodes and rotation vectors from where a step has begun.
+"""Rod energies in dynamics, over nodal displacements and rotation vectors counted from the start of a time step.
 
 Within a step the unknowns of a node are its displacement from rest and a rotation vector theta about its own axes, q =
-q0 exp(theta / 2). `RodChart` holds q0, and moves on when a step is accepted: theta stays below the turn of a step, so
-that a rod may turn without limit and its rotations are never added up as vectors. Forces are those on the nodes, with
-moments about their own axes; their tangent is by the unknowns. Another energy is a class beside `TurningRod`.
+q0 exp(theta / 2). `RodChart` holds q0 and updates it when a step is accepted. So theta stays below the rotation of one
+step, a rod may rotate without limit, and rotations are never added as vectors. Forces are nodal forces, with moments
+about the nodes' own axes; their tangent is the derivative by the unknowns. Add another energy as a class like
+`MovingRod`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.incremental_rotation import moving_rod_kernels
-from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix, definite
+from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix, project_semidefinite
 
 # of a kernel that is not asked for them
 NO_SLOTS: Any = np.zeros((0, 12, 12), dtype=np.int32)  # as patterns have them
@@ -26,7 +27,7 @@ NO_FORCES, NO_DATA = np.zeros((0, 6)), np.zeros(0)
 
 
 class RodChart:
-    """The rotations q0 (nodes, 4) from which unknowns count, and the undeformed state `rest` (nodes * 7,)."""
+    """Reference rotations q0 (nodes, 4) of the current time step, and the undeformed state `rest` (nodes * 7,)."""
 
     def __init__(self, rest: Floats) -> None:
         nodes = rest.reshape(-1, 7)
@@ -37,27 +38,29 @@ class RodChart:
         self.reset()
 
     def reset(self) -> None:
-        """Count from the undeformed state."""
+        """Set the reference rotations to those of the undeformed state."""
         self.q0 = self._q_rest.copy()
         self._known = b""  # the unknowns that `at`, `q` and `T` belong to: their bytes are quicker to compare
         self._state: Floats | None = None  # of the same
 
     def turned(self, x: Floats) -> Turned:
-        """Positions (n, 3), rotations (n, 4) and d(turn about own axes)/d theta (n, 3, 3), till the next call."""
+        """Return positions (n, 3), rotations (n, 4) and d(own-axis rotation)/d theta (n, 3, 3), valid until the next
+        call.
+        """
         if (known := x.tobytes()) != self._known:
             moving_rod_kernels.turn(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
             self._known, self._state = known, None
         return self.at, self.q, self.T
 
     def state(self, x: Floats) -> Floats:
-        """The state (nodes * 7,) of unknowns x (nodes * 6,)."""
+        """Return the state (nodes * 7,) of unknowns x (nodes * 6,)."""
         at, q, _ = self.turned(x)
         if self._state is None:
             self._state = np.concatenate([at, q], axis=1).ravel()
         return self._state
 
     def rebase(self, x: Floats) -> Floats:
-        """Count from the state x from now on; the unknowns of that state, whose rotation vectors are zero."""
+        """Make x the reference and return the unknowns of the same state, whose rotation vectors are then zero."""
         q = self.turned(x)[1]
         self.q0 = q / np.linalg.norm(q, axis=1, keepdims=True)  # which rounding would take from length one
         self._known = b""
@@ -68,10 +71,10 @@ class RodChart:
 
 @dataclass(frozen=True)
 class TurningRod(Energy):
-    """The strain energy of an `elastic` rod over the unknowns of a chart.
+    """Strain energy of an `elastic` rod over the unknowns of a chart.
 
-    It has a potential, but its forces are no gradient by rotation vectors: `conservative` is False, steps are judged by
-    what is out of balance.
+    It has a potential, but its forces are not the gradient by rotation vectors. So `conservative` is False, and Newton
+    steps are judged by the residual.
     """
 
     chart: RodChart
@@ -80,12 +83,12 @@ class TurningRod(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """Those of the rod at rest."""
+        """Stencils of the static rod energy."""
         return self.elastic.stencils
 
     @cached_property
     def _parts(self) -> Any:
-        """Elements, lengths, stiffnesses and strains at rest, as the kernel takes them."""
+        """Elements, lengths, stiffnesses and rest strains, as arrays for the kernel."""
         rod = self.elastic
         C = np.array(np.broadcast_to(rod.stiffness.diagonal, rod.rest_strains.shape))  # no view, which is read-only
         return np.ascontiguousarray(rod.elements), rod.lengths, C, rod.rest_strains - rod.offset
@@ -102,11 +105,12 @@ class TurningRod(Energy):
         return self._run(self.chart.turned(x), 1.0)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal forces, N, and moments about the nodes' own axes, N m."""
+        """Add the nodal forces, N, and the moments about the nodes' own axes, N m."""
         self._run(self.chart.turned(x), scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The tangent of the forces; `projected` its symmetric part by turns about own axes, made semi-definite."""
+        """Add the tangent of the forces; if `projected`, its symmetric part by own-axis rotations, made semi-definite.
+        """
         if projected:
             self._add_definite(x, data, slots, scale)
         else:
@@ -118,16 +122,16 @@ class TurningRod(Energy):
         places = np.arange(own.size, dtype=slots.dtype).reshape(own.shape)
         plain = np.tile(np.eye(3), (len(T), 1, 1))
         self._run((at, q, plain), 1.0, NO_FORCES, places, own.ravel())
-        add_blocks(scale * definite(0.5 * (own + own.swapaxes(1, 2))), slots, data)
+        add_blocks(scale * project_semidefinite(0.5 * (own + own.swapaxes(1, 2))), slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """What rounding of positions leaves in the forces, N."""
+        """Return the rounding error of the forces, N, due to rounding of positions."""
         return self.elastic.rounding(self.chart.state(x))
 
 
 @dataclass(frozen=True)
 class DeadRodLoad(Energy):
-    """Nodal forces (nodes, 3) in N that keep their direction, over displacements and rotation vectors."""
+    """Dead nodal forces (nodes, 3), N, over displacements and rotation vectors."""
 
     forces: Floats
     conservative: bool = True
@@ -138,16 +142,16 @@ class DeadRodLoad(Energy):
         return no_stencils()
 
     def value(self, x: Floats) -> float:
-        """Potential, zero at rest, J."""
+        """Return the potential, zero at rest, J."""
         return -float(np.sum(self.forces * x.reshape(-1, 6)[:, :3]))
 
     @cached_property
     def _pushes(self) -> Floats:
-        """The same over all unknowns (nodes * 6,)."""
+        """The forces over all unknowns (nodes * 6,)."""
         return np.concatenate([self.forces, np.zeros_like(self.forces)], axis=1).ravel()
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """g -= scale f on the displacements."""
+        """Subtract the forces from the displacement entries: g -= scale f."""
         g -= scale * self._pushes
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
@@ -160,10 +164,11 @@ class DeadRodLoad(Energy):
 
 @dataclass(frozen=True)
 class TurnedLoad(Energy):
-    """A load on a rod at rest, an `energy` over positions and quaternions, over the unknowns of a chart.
+    """A static rod load, an `energy` over positions and quaternions, expressed in the unknowns of a chart.
 
-    Its stencils are the rotations of single nodes. Hessians of rods are second derivatives along geodesics; the tangent
-    of forces g about a node's own axes is that plus [g]x / 2, by turns about these axes.
+    Its stencils are the rotations of single nodes. Hessians of rods are second derivatives along geodesics. The tangent
+    of
+    forces g about a node's own axes is that Hessian plus [g]x / 2, by rotations about these axes.
     """
 
     chart: RodChart
@@ -172,22 +177,22 @@ class TurnedLoad(Energy):
 
     @cached_property
     def stencils(self) -> Ints:
-        """Those of the load. Raises ValueError for others than the rotations of nodes."""
+        """Stencils of the load. Raises ValueError if they are not rotations of nodes."""
         found = self.energy.stencils
         if found.size and not (found.shape[1] == 3 and np.array_equal(found, found[:, :1] // 6 * 6 + [3, 4, 5])):
             raise ValueError("a load in motion turns single sections")
         return found
 
     def value(self, x: Floats) -> float:
-        """Of the load, J."""
+        """Return the value of the load energy, J."""
         return self.energy.value(self.chart.state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus its forces and its moments about the nodes' own axes."""
+        """Subtract the forces and the moments about the nodes' own axes."""
         self.energy.add_gradient(self.chart.state(x), g, scale)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The tangent of the forces; `projected` is that of the load."""
+        """Add the tangent of the forces; if `projected`, that of the static load."""
         state = self.chart.state(x)
         if projected:
             self.energy.add_hessian(state, data, slots, scale, True)
@@ -199,5 +204,5 @@ class TurnedLoad(Energy):
         add_blocks(scale * local @ self.chart.turned(x)[2][self.stencils[:, 0] // 6], slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Of the load."""
+        """Return the rounding error of the load forces, N."""
         return self.energy.rounding(self.chart.state(x))

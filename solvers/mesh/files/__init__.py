@@ -1,1 +1,1 @@
-"""Meshes from files: formats, what may be wrong with them, and readers that end."""
+"""Mesh files: readers of all formats with limits on size and memory, and checks of the meshes."""

@@ -1,6 +1,6 @@
-"""fTetWild in a process of its own: what its C++ does wrong ends no other, and is said.
+"""Tetrahedral meshing by fTetWild in a separate process, so that a crash of its C++ code is reported and harmless.
 
-`python -m softmark.solvers.mesh.files.ftetwild_process IN OUT` reads arrays of numpy and writes arrays of numpy.
+`python -m softmark.solvers.mesh.files.ftetwild_process IN OUT` reads and writes numpy arrays.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ STEPS = 80  # of improvement at most: its authors' own
 
 
 def main(given: str, wanted: str) -> None:
-    """Fill the surface `points`, `triangles` of a file with cells of `size`, no farther from it than `tolerance`."""
+    """Fill the surface `points`, `triangles` of a file with cells of `size`, within `tolerance` of the surface."""
     if importlib.util.find_spec("pyvista") is None:
         # pytetwild asks for it when it is imported, and needs it for its own data types only
         sys.modules["pyvista"] = types.ModuleType("pyvista")

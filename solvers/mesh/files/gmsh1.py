@@ -1,4 +1,4 @@
-"""Gmsh's file format 1: $NOD and $ELM, as programs wrote it until 2004 and some for long after."""
+"""Reader of Gmsh's file format 1 ($NOD and $ELM), which programs wrote until 2004, and some long after."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ TYPES |= {6: ("wedge", 6), 7: ("pyramid", 5), 15: ("vertex", 1)}
 
 
 class Malformed(Exception):
-    """The file breaks off or holds what the format does not know."""
+    """The file is incomplete or has content that is not part of the format."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Cells of one type, as meshio has them."""
+    """Cells of one type, in the layout of meshio."""
 
     type: str
     data: Ints
@@ -29,20 +29,20 @@ class Block:
 
 @dataclass(frozen=True)
 class File:
-    """What a file holds, as meshio has it."""
+    """Contents of a file, in the layout of meshio."""
 
     points: Floats  # (n, 3)
     cells: list[Block]
 
 
-def recognised(path: Path) -> bool:
-    """Whether a file begins as format 1 does."""
+def is_format_1(path: Path) -> bool:
+    """Return whether a file begins as format 1 does."""
     with open_regular(path) as file:
         return file.read(256).lstrip().startswith(b"$NOD")
 
 
 def read(path: Path) -> File:
-    """Points and cells, numbered from zero. Raises Malformed."""
+    """Return points and cells, numbered from zero. Raises Malformed."""
     try:
         words = read_regular(path).decode("ascii").split()
         points, number, at = _points(words)
@@ -52,7 +52,7 @@ def read(path: Path) -> File:
 
 
 def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
-    """Points (n, 3), their places by the numbers of the file, and how many words that took."""
+    """Return points (n, 3), their indices by the numbers of the file, and the number of words read."""
     count = int(words[1])
     if not 0 <= count <= len(words) // 4:
         raise Malformed(f"it promises {count} points, and breaks off before")
@@ -65,7 +65,7 @@ def _points(words: list[str]) -> tuple[Floats, dict[int, int], int]:
 
 
 def _cells(words: list[str], number: dict[int, int]) -> list[Block]:
-    """Lines `number type region region count node ...`, grouped by type."""
+    """Return the cells of lines `number type region region count node ...`, grouped by type."""
     found: dict[str, list[list[int]]] = {}
     at = 1
     for _ in range(int(words[0])):

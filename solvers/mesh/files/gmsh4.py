@@ -1,7 +1,7 @@
-"""Gmsh's format 4.1 of files with all of their elements (`Mesh.SaveAll`), those in no physical group as well.
+"""Repair of Gmsh 4.1 files that contain all elements (`Mesh.SaveAll`), including those in no physical group.
 
-meshio tells the physical group of those blocks alone that have one, and then stops at its own list, which is shorter
-than that of blocks. Where entities have no group they are given the number 0 here, which is none.
+meshio stores the physical groups only of blocks that have one, and then fails because that list is shorter than the
+list of blocks. Entities without a group are given the number 0 here, which means none.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MOST = 1 << 32  # of anything: more is a broken file
 
 @dataclass(frozen=True)
 class Entity:
-    """One of them: its number, where it is, as the file writes it, its groups, and what bounds it; points nothing."""
+    """A geometric entity: its number, its bounding box as in the file, its groups, and its boundary (none for points)."""
 
     tag: int
     place: bytes
@@ -32,8 +32,8 @@ class Entity:
 Dims = list[list[Entity]]  # points, curves, surfaces, volumes
 
 
-def completed(path: Path) -> bytes | None:
-    """The file as meshio can read it; None where it can as it is, or where it is of another format."""
+def repair(path: Path) -> bytes | None:
+    """Return the file's content in a form that meshio can read; None if it already can, or for another format."""
     with open_regular(path) as file:
         head = file.read(64).split()
         if head[:1] != [b"$MeshFormat"] or head[1:2] != [b"4.1"]:
@@ -56,7 +56,7 @@ def completed(path: Path) -> bytes | None:
 
 
 def _words(data: bytes, start: int) -> tuple[Dims, int]:
-    """Entities of a text from a place on, and where their section ends."""
+    """Return the entities of a text from a position on, and the end of their section."""
     end = data.index(END, start)
     words = iter(data[start:end].split())
 
@@ -70,7 +70,7 @@ def _words(data: bytes, start: int) -> tuple[Dims, int]:
 
 
 def _numbers(data: bytes, start: int, wide: int) -> tuple[Dims, int]:
-    """The same of binary numbers, of which counts have so many bytes."""
+    """Return the entities of binary data from a position on, with counts of `wide` bytes, and the end of the section."""
     at = start
 
     def raw(count: int) -> bytes:
@@ -108,7 +108,7 @@ def _entities(whole: Callable[[], int], size: Callable[[], int], place: Callable
 
 
 def _lists(own: Entity) -> Iterator[tuple[int, ...]]:
-    """What an entity has several of: its groups, or the number 0, and what bounds it."""
+    """Yield the lists of an entity: its groups, or the number 0, and its boundary."""
     yield own.groups or (0,)
     if own.bounds is not None:
         yield own.bounds

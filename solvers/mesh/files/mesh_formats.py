@@ -1,6 +1,6 @@
-"""What the name of a mesh file tells: formats of surfaces alone, formats of meshes, and how a surface is filled.
+"""Checks of mesh file names: formats of surfaces only, formats of volume meshes, and how to fill a surface.
 
-Nothing is read here, and numpy is not needed.
+No file is read here, and numpy is not needed.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ MESHES = frozenset({
 MERGED = frozenset({".stl", ".msh", ".mesh", ".obj"})  # surfaces that Gmsh can merge and fill
 
 
-def doubt(path: str) -> tuple[str, str] | None:
-    """Why there can be no solid mesh in a file, and what to do, as far as its name and its size tell."""
+def find_format_problem(path: str) -> tuple[str, str] | None:
+    """Return why a file can contain no solid mesh, judged by its name and size, and the remedy; None if it can."""
     file = Path(path)
     suffix = file.suffix.lower()
     if suffix in SURFACES:
-        return f"{suffix} files hold a surface, and no tetrahedra or hexahedra", filling(file)
+        return f"{suffix} files hold a surface, and no tetrahedra or hexahedra", advise_filling(file)
     if suffix not in MESHES:
         known = "write it as .vtu, .vtk, .msh, .inp or .mesh, and name that file"
         return f"`{suffix or file.name}` is not the ending of a mesh format that is known", known
@@ -30,8 +30,8 @@ def doubt(path: str) -> tuple[str, str] | None:
     return None
 
 
-def filling(file: Path) -> str:
-    """What makes tetrahedra of a surface: Gmsh wants to be told of the volume, `gmsh -3` alone leaves triangles."""
+def advise_filling(file: Path) -> str:
+    """Return advice on making tetrahedra of a surface: Gmsh needs the volume declared, `gmsh -3` only leaves triangles."""
     suffix, name = file.suffix.lower(), file.name
     first = ""
     if suffix not in MERGED:

@@ -1,6 +1,6 @@
-"""Meshes from files, through meshio; decks of Abaqus and CalculiX, and Gmsh's first format, have readers of their own.
+"""Mesh file reader based on meshio; Abaqus and CalculiX decks, and Gmsh's first format, have readers of their own.
 
-meshio stops at Gmsh's elements without a group, though they are in order: that is put right on the way.
+meshio fails on valid Gmsh files with elements in no group: these are repaired before reading.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from softmark.safe_files import UnsafeFile, open_regular, path_within, read_regu
 from softmark.solvers.elements import ELEMENTS, element_of
 from softmark.solvers.elements.element import Element
 from softmark.solvers.elements.reference_cells import Hexahedron
-from softmark.solvers.mesh.cell_splitting import SPLITS, NotTwoColourable, with_nodes
+from softmark.solvers.mesh.cell_splitting import SPLITS, NotTwoColourable, add_midside_nodes
 from softmark.solvers.mesh.files import bounded_reader, gmsh1, gmsh4
-from softmark.solvers.mesh.files.mesh_formats import MESHES, filling
-from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, checked, used
+from softmark.solvers.mesh.files.mesh_formats import MESHES, advise_filling
+from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, drop_unused_points, validate
 from softmark.solvers.mesh.files.vtk import legacy_vtk, vtu_conversion
-from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, surface
+from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, boundary_surface
 
 if TYPE_CHECKING:
     from softmark.solvers.mesh.mesh_group import Group
@@ -53,75 +53,77 @@ __all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface",
 
 
 def read(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
-    """The solid cells of `path`, all of one kind, in m and turned to positive volume; with its groups if `named`.
+    """Return the solid cells of `path`, all of one kind, in m with positive volumes; with its groups if `named`.
 
-    Nodes that lie at one place are refused, merged or kept; pieces that share no nodes are refused or kept.
-    Raises UnreadableMesh.
+    Coincident nodes are refused, merged or kept; pieces that share no nodes are refused or kept. Raises UnreadableMesh.
     """
-    data = parsed(Path(path))
-    before = as_written(data, Path(path), unit)
-    mesh = checked(before.points, before.cells, before.kind, coincident, pieces)
+    data = parse(Path(path))
+    before = keep_node_order(data, Path(path), unit)
+    mesh = validate(before.points, before.cells, before.kind, coincident, pieces)
     return replace(mesh, groups=_groups(data, Path(path), before, mesh)) if named else mesh
 
 
-def as_written(data: Any, path: Path, unit: float) -> Mesh:
-    """The solid cells of a file that was parsed, as it numbers their nodes: none turned. Raises UnreadableMesh."""
+def keep_node_order(data: Any, path: Path, unit: float) -> Mesh:
+    """Return the solid cells of a parsed file with the node order of the file. Raises UnreadableMesh."""
     there = {block.type for block in data.cells}
     solids = sorted(there & KINDS.keys())
     if not solids:
         kinds = ", ".join(sorted(there)) or "none"
         raise UnreadableMesh(
             f"it has no tetrahedra and no hexahedra (its cells: {kinds})",
-            remedy=filling(path) if there & FACETS.keys() else None,
+            remedy=advise_filling(path) if there & FACETS.keys() else None,
         )
     others = (there & OTHERS) | set(solids[1:])
     if others:
         raise UnreadableMesh(f"it has other solid cells beside its {solids[0]} cells ({', '.join(sorted(others))})")
     cells = [block.data for block in data.cells if block.type == solids[0]]
-    points, kind = placed(data, unit), KINDS[solids[0]]
+    points, kind = points_in_metres(data, unit), KINDS[solids[0]]
     whole = np.concatenate(cells).astype(np.int64, order="C")  # kernels are compiled for one order
     return Mesh(points, whole, kind)
 
 
 def _groups(data: Any, path: Path, before: Mesh, mesh: Mesh) -> dict[str, Group]:
-    """Named parts of a file, of the mesh as it is after it was checked; `before` as the file has it."""
+    """Return the named groups of a file for the mesh after its checks; `before` has the file's node order."""
     from softmark.solvers.mesh import mesh_groups
     from softmark.solvers.mesh.files import named_groups
 
-    found, over = named_groups.groups(data, path, mesh.element.meshio, before.cells, mesh.element), before.volumes < 0.0
+    found, over = (
+        named_groups.read_groups(data, path, mesh.element.meshio, before.cells, mesh.element),
+        before.volumes < 0.0,
+    )
     for name, own in found.items():
         if own.kind == "faces":
-            known = replace(own, members=mesh_groups.turned(own.members, over, mesh.element))
+            known = replace(own, members=mesh_groups.reorder_faces(own.members, over, mesh.element))
             there = int(mesh_groups.facets_in(replace(mesh, groups={name: known}), name).sum())
             found[name] = replace(known, inside=len(known.members) - there)
         elif own.kind == "nodes":
-            found[name] = replace(own, members=mesh_groups.turned_nodes(own.members, over, mesh.element))
+            found[name] = replace(own, members=mesh_groups.reorder_nodes(own.members, over, mesh.element))
     return found
 
 
 def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str = "refuse") -> tuple[Floats, Ints]:
-    """Points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a file that has no solid.
+    """Return points (n, 3) in m and triangles (t, 3): the boundary of a solid, or the facets of a surface file.
 
-    Facets of a surface file keep the sense in which the file turns them. Raises UnreadableMesh.
+    Facets of a surface file keep their orientation. Raises UnreadableMesh.
     """
-    data = parsed(Path(path))
+    data = parse(Path(path))
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
-        return surface(read(path, unit, coincident, pieces=pieces))
-    return used(*_facets(data, unit))[:2]
+        return boundary_surface(read(path, unit, coincident, pieces=pieces))
+    return drop_unused_points(*_facets(data, unit))[:2]
 
 
 def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
-    """Points (n, 3) in m and triangles (t, 3) of a file that holds a surface alone. Raises UnreadableMesh."""
+    """Return points (n, 3) in m and triangles (t, 3) of a file with a surface only. Raises UnreadableMesh."""
     if (suffix := Path(path).suffix.lower()) in BY_TRIMESH:
         return _surface(Path(path), unit)
-    _there(Path(path), SURFACE_AGAIN)
+    _require_file(Path(path), SURFACE_AGAIN)
     if suffix not in MESHES:
         ending = suffix or Path(path).name
         known = "write the surface as .stl, .obj, .ply, .off or .vtk, and name that file"
         raise UnreadableMesh(f"`{ending}` is no ending of a surface's format that is known", remedy=known)
     try:
-        data = parsed(Path(path))
+        data = parse(Path(path))
     except UnreadableMesh as error:
         raise UnreadableMesh(str(error), error.code, SURFACE_AGAIN) from error
     there = {block.type for block in data.cells}
@@ -135,8 +137,8 @@ def read_triangles(path: str, unit: float) -> tuple[Floats, Ints]:
 
 
 def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
-    """The same of formats that trimesh reads better: triangles alone. Raises UnreadableMesh."""
-    _there(path, SURFACE_AGAIN)
+    """Return points (n, 3) in m and triangles (t, 3) of formats that trimesh reads better. Raises UnreadableMesh."""
+    _require_file(path, SURFACE_AGAIN)
     import trimesh
 
     log = logging.getLogger("trimesh")
@@ -158,38 +160,38 @@ def _surface(path: Path, unit: float) -> tuple[Floats, Ints]:
 
 
 def _facets(data: Any, unit: float) -> tuple[Floats, Ints]:
-    """Points (n, 3) in m and triangles (t, 3): those of the file, and the halves of its quadrilaterals."""
+    """Return points (n, 3) in m and the triangles (t, 3) of a file, with its quadrilaterals halved."""
     found = [block.data[:, FACETS[block.type]].reshape(-1, 3) for block in data.cells if block.type in FACETS]
-    return placed(data, unit), np.concatenate(found).astype(np.int64)
+    return points_in_metres(data, unit), np.concatenate(found).astype(np.int64)
 
 
 def read_points(path: str, unit: float) -> Floats:
-    """The points (n, 3) in m that cells of a file use, in its order. Raises UnreadableMesh."""
-    data = parsed(Path(path))
+    """Return the points (n, 3) in m that cells of a file use, in its order. Raises UnreadableMesh."""
+    data = parse(Path(path))
     cells = [block.data.ravel() for block in data.cells if block.type != "vertex"]
-    points = placed(data, unit)
+    points = points_in_metres(data, unit)
     named = np.concatenate(cells) if cells else np.arange(len(points))
-    return used(points, named[:, None].astype(np.int64))[0]
+    return drop_unused_points(points, named[:, None].astype(np.int64))[0]
 
 
-def converted(mesh: Mesh, kind: str, split: str) -> Mesh:
-    """A mesh that was read as the kind that a model wants. Raises UnreadableMesh where it cannot be, UnknownElement."""
+def convert_cells(mesh: Mesh, kind: str, split: str) -> Mesh:
+    """Return a mesh that was read, converted to a model's kind of cell. Raises UnreadableMesh, UnknownElement."""
     own, element = mesh.element, element_of(kind)
     if own is element:
         return mesh
     if own.family != element.family:
         mesh = _split(mesh, element, split)
     elif own.nodes > element.nodes:  # nodes that both have stand first in both
-        return Mesh(*used(mesh.points, mesh.cells[:, : element.nodes])[:2], kind, groups=mesh.groups)
-    return with_nodes(mesh, element)
+        return Mesh(*drop_unused_points(mesh.points, mesh.cells[:, : element.nodes])[:2], kind, groups=mesh.groups)
+    return add_midside_nodes(mesh, element)
 
 
 def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
-    """Hexahedra as tetrahedra. Raises UnreadableMesh."""
+    """Return tetrahedra made of hexahedra. Raises UnreadableMesh."""
     if mesh.kind != Hexahedron.linear:
         raise UnreadableMesh(f"it has {mesh.element.described}, and the model wants {element.described}")
     try:
-        return _carried(mesh, SPLITS[split](mesh))
+        return _copy_groups(mesh, SPLITS[split](mesh))
     except NotTwoColourable:
         raise UnreadableMesh(
             "its hexahedra cannot be split into five tetrahedra each: their points cannot be coloured like a "
@@ -197,17 +199,17 @@ def _split(mesh: Mesh, element: type[Element], split: str) -> Mesh:
         ) from None
 
 
-def _carried(mesh: Mesh, new: Mesh) -> Mesh:
-    """Cells made of others, with the groups of these."""
+def _copy_groups(mesh: Mesh, new: Mesh) -> Mesh:
+    """Return new cells with the groups of the cells that they were made of."""
     if not mesh.groups:
         return new
-    from softmark.solvers.mesh.mesh_groups import split
+    from softmark.solvers.mesh.mesh_groups import split_groups
 
-    return split(mesh, new)
+    return split_groups(mesh, new)
 
 
-def placed(data: Any, unit: float) -> Floats:
-    """The points (n, 3) of a file, m. Raises UnreadableMesh."""
+def points_in_metres(data: Any, unit: float) -> Floats:
+    """Return the points (n, 3) of a file, m. Raises UnreadableMesh."""
     read = np.asarray(data.points, dtype=np.float64)
     if read.ndim != 2 or not len(read):
         raise UnreadableMesh("it has no points", remedy=AGAIN)
@@ -218,9 +220,9 @@ def placed(data: Any, unit: float) -> Floats:
     return points
 
 
-def parsed(path: Path) -> Any:
-    """Read a mesh file as meshio's mesh; its cells have the nodes that their kinds have. Raises UnreadableMesh."""
-    data = _as_told(path)
+def parse(path: Path) -> Any:
+    """Read a mesh file as meshio's mesh; cells have the number of nodes of their kind. Raises UnreadableMesh."""
+    data = _parse_by_format(path)
     for block in data.cells:
         if not isinstance(block.data, np.ndarray):  # cells of any number of faces, which nobody takes
             continue
@@ -234,10 +236,10 @@ def parsed(path: Path) -> Any:
     return data
 
 
-def _as_told(path: Path) -> Any:
-    """Return what the reader of the file's format makes of it, unchecked. Raises UnreadableMesh."""
-    _there(path)
-    if path.suffix.lower() == ".msh" and gmsh1.recognised(path):
+def _parse_by_format(path: Path) -> Any:
+    """Return the unchecked result of the reader of the file's format."""
+    _require_file(path)
+    if path.suffix.lower() == ".msh" and gmsh1.is_format_1(path):
         try:
             with limited_resources(path):
                 return gmsh1.read(path)
@@ -258,7 +260,7 @@ def _as_told(path: Path) -> Any:
     import meshio
 
     kinds = meshio.extension_to_filetypes.get(path.suffix.lower(), [None])  # None: let meshio say it
-    return _tried(path, (k for k in kinds if k not in UNENDING))
+    return _try_formats(path, (k for k in kinds if k not in UNENDING))
 
 
 def _deck(path: Path) -> Any:
@@ -274,7 +276,7 @@ def _deck(path: Path) -> Any:
 
 
 def _vtk(path: Path) -> Any:
-    """A file of VTK by what it holds, whatever its name; None if meshio is to be asked. Raises UnreadableMesh."""
+    """Return a VTK file read by its content, whatever its name; None if meshio should read it. Raises UnreadableMesh."""
     with open_regular(path) as file:
         head = file.read(4096)
     try:
@@ -282,31 +284,31 @@ def _vtk(path: Path) -> Any:
             if legacy_vtk.recognised(head):
                 return legacy_vtk.read(path)
             if vtu_conversion.recognised(head):
-                data = vtu_conversion.inlined(read_regular(path))
+                data = vtu_conversion.inline_arrays(read_regular(path))
             else:
                 return None
     except (gmsh1.Malformed, ValueError, MemoryError) as error:
         raise UnreadableMesh(f"it is no complete file of VTK ({reason_of(error)})", remedy=AGAIN) from error
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (copy := Path(folder, "mesh.vtu")).write_bytes(data)
-        return _tried(copy, ["vtu"])
+        return _try_formats(copy, ["vtu"])
 
 
 def _with_groups(path: Path, kind: str) -> Any:
-    """A file of Gmsh, elements in no physical group included."""
+    """Return a Gmsh file, including elements in no physical group."""
     import meshio
 
     from softmark.solvers.mesh.files import named_groups
 
-    if (data := gmsh4.completed(path)) is None:
-        return named_groups.merged(meshio.read(path, kind))
+    if (data := gmsh4.repair(path)) is None:
+        return named_groups.merge_repeated_cells(meshio.read(path, kind))
     with tempfile.TemporaryDirectory(prefix="softmark-") as folder:
         (file := Path(folder, path.name)).write_bytes(data)
         return meshio.read(file, kind)
 
 
 def _with_companion(path: Path, kind: str) -> Any:
-    """A file of TetGen with the other of its two, which meshio looks for: it must lie in the same folder."""
+    """Return a TetGen mesh from its two files, which must lie in the same folder."""
     import meshio
 
     other = path.with_suffix(".node" if path.suffix.lower() == ".ele" else ".ele").name
@@ -318,7 +320,7 @@ def _with_companion(path: Path, kind: str) -> Any:
 
 
 def _without_cell_data(path: Path, kind: str) -> Any:
-    """A mesh of DOLFIN's XML; its numbers of cells, for which meshio opens other files, are not needed."""
+    """Return a mesh of DOLFIN's XML without cell data, for which meshio would open other files."""
     import meshio
     from meshio.dolfin._dolfin import _read_mesh
 
@@ -331,8 +333,8 @@ OWN = {  # what meshio does not read as it is
 }  # fmt: skip
 
 
-def _there(path: Path, remedy: str = AGAIN) -> None:
-    """Raises UnreadableMesh where there is no file, or nothing in it."""
+def _require_file(path: Path, remedy: str = AGAIN) -> None:
+    """Raise UnreadableMesh if the file is missing or empty."""
     try:
         with open_regular(path) as file:
             if not file.read(1):
@@ -344,10 +346,10 @@ def _there(path: Path, remedy: str = AGAIN) -> None:
         raise UnreadableMesh(f"it cannot be read ({error.strerror})") from error
 
 
-def _tried(path: Path, kinds: Iterable[str | None]) -> Any:
+def _try_formats(path: Path, kinds: Iterable[str | None]) -> Any:
     import meshio
 
-    bounded_reader.everywhere("meshio")
+    bounded_reader.patch_open("meshio")
     reasons = []
     for kind in kinds:
         said = StringIO()  # meshio prints why it fails, and exits

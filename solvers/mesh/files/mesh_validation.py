@@ -1,7 +1,7 @@
-"""What may be wrong with a mesh that somebody else made, found before anything is computed on it.
+"""Validation of meshes from files, before anything is computed on them.
 
-A mesh can be read without complaint and still not be a body: cut apart along nodes that lie at the same place, hung up
-by an edge, passing through itself. Each flaw is refused with its number, the first place where it is, and what to do.
+A file may be read without errors and still not be a body: separate pieces along coincident nodes, parts joined by an
+edge only, self-intersections. Each flaw is refused with its count, its first location and a remedy.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.solvers.elements import element_of
-from softmark.solvers.mesh.jacobian_bounds import folded, folded_at_corners
+from softmark.solvers.mesh.jacobian_bounds import find_folded_cells, has_folded_corner
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh, jacobians
 
 COINCIDENT = 1e-6  # of the extent, and at most a hundredth of the shortest edge: nodes so close are one
@@ -21,7 +21,7 @@ PAIRS = 4_000_000  # of points and cells near them: where a mesh has more, it is
 
 
 class UnreadableMesh(Exception):
-    """A mesh file cannot be used: the message says what is wrong with it, `remedy` what to do."""
+    """A mesh file cannot be used: the message gives the problem, `remedy` the solution."""
 
     def __init__(self, message: str, code: str = "E403", remedy: str | None = None) -> None:
         super().__init__(message)
@@ -29,15 +29,15 @@ class UnreadableMesh(Exception):
         self.remedy = remedy
 
 
-def at(point: Floats) -> str:
-    """A place in words, in the unit that suits it: `(12.5, 0, 3) mm`."""
+def format_position(point: Floats) -> str:
+    """Return a position as text in a suitable unit: `(12.5, 0, 3) mm`."""
     size = float(np.abs(point).max())
     factor, unit = (1e6, "um") if 0 < size < 1e-4 else (1e3, "mm") if size < 10 else (1.0, "m")
     return f"({', '.join(f'{factor * float(x):.4g}' for x in point)}) {unit}"
 
 
-def used(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]:
-    """The points that cells use, the cells renumbered, and the numbers that the points had. Raises UnreadableMesh."""
+def drop_unused_points(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]:
+    """Return the points that cells use, the renumbered cells, and the points' old numbers. Raises UnreadableMesh."""
     wrong = (cells < 0) | (cells >= len(points))
     if wrong.any():
         cell = int(np.argmax(wrong.any(axis=1)))
@@ -49,12 +49,12 @@ def used(points: Floats, cells: Ints) -> tuple[Floats, Ints, Ints]:
         )  # fmt: skip
     number, renumbered = np.unique(cells, return_inverse=True)
     points, cells = np.ascontiguousarray(points[number]), renumbered.reshape(cells.shape)
-    _sound(points, number)
+    _check_coordinates(points, number)
     return points, cells, number
 
 
-def _sound(points: Floats, number: Ints) -> None:
-    """Refuse coordinates with which nothing can be computed."""
+def _check_coordinates(points: Floats, number: Ints) -> None:
+    """Refuse coordinates that are not finite or too large to compute with."""
     with np.errstate(invalid="ignore"):
         bad = ~(np.abs(points) < ABSURD).all(axis=1)
     if not bad.any():
@@ -69,33 +69,33 @@ def _sound(points: Floats, number: Ints) -> None:
     )  # fmt: skip
 
 
-def checked(points: Floats, cells: Ints, kind: str, coincident: str = "refuse", pieces: str = "refuse") -> Mesh:
-    """A mesh of one body whose cells have positive volume; nodes at one place are refused, merged or kept.
+def validate(points: Floats, cells: Ints, kind: str, coincident: str = "refuse", pieces: str = "refuse") -> Mesh:
+    """Return a mesh of one body with positive cell volumes; coincident nodes are refused, merged or kept.
 
     Pieces that share no nodes are refused or kept. Raises UnreadableMesh.
     """
-    points, cells, number = used(points, cells)
+    points, cells, number = drop_unused_points(points, cells)
     if coincident == "merge":
-        points, cells = merged(points, cells)
-    _once(points, cells, kind)
-    cells = _turned(points, cells, kind)
+        points, cells = merge_coincident_nodes(points, cells)
+    _refuse_duplicate_cells(points, cells, kind)
+    cells = _orient_cells(points, cells, kind)
     mesh = Mesh(points, cells, kind)
     if coincident == "refuse":
-        _uncut(mesh, number)
+        _refuse_coincident_nodes(mesh, number)
     if pieces == "refuse":
-        _one_piece(mesh)
-    sides = sides_of(mesh)
-    _faces_of_two(mesh, *sides)
-    _hinged(mesh, *sides[1:])
-    _through_itself(mesh)
+        _require_one_piece(mesh)
+    sides = facets_of_cells(mesh)
+    _check_shared_faces(mesh, *sides)
+    _refuse_hinges(mesh, *sides[1:])
+    _refuse_self_intersection(mesh)
     return mesh
 
 
 # ------------------------------------------------------------------ cells
 
 
-def _once(points: Floats, cells: Ints, kind: str) -> None:
-    """Refuse cells that are given twice, in whatever order of their nodes."""
+def _refuse_duplicate_cells(points: Floats, cells: Ints, kind: str) -> None:
+    """Refuse cells that occur twice, in any order of their nodes."""
     _, first, count = np.unique(np.sort(cells, axis=1), axis=0, return_inverse=True, return_counts=True)[:3]
     again = count[first.ravel()] > 1
     if not again.any():
@@ -104,59 +104,62 @@ def _once(points: Floats, cells: Ints, kind: str) -> None:
     twin = int(np.flatnonzero(first.ravel() == first.ravel()[one])[1])
     raise UnreadableMesh(
         f"some of its cells are given twice: {int(again.sum())} of {len(cells)} {family}, the first are "
-        f"cells {one} and {twin} at {at(points[cells[one]].mean(axis=0))}",
+        f"cells {one} and {twin} at {format_position(points[cells[one]].mean(axis=0))}",
         "E563", "leave the second of each out: its matter would count twice",
     )  # fmt: skip
 
 
-def _turned(points: Floats, cells: Ints, kind: str) -> Ints:
-    """Cells of positive volume everywhere: those that are inside out turned. Raises UnreadableMesh."""
+def _orient_cells(points: Floats, cells: Ints, kind: str) -> Ints:
+    """Return cells with positive volume everywhere, inverted cells reordered. Raises UnreadableMesh."""
     corners = points[cells]
     longest = np.ptp(corners, axis=1).max(axis=1)  # (m,) m
     rounding = 8 * np.finfo(float).eps * np.abs(corners).max(axis=(1, 2))
     volumes = Mesh(points, cells, kind).volumes
     flat = np.abs(volumes) <= longest**2 * (FLAT * longest + rounding)
-    _none(flat, points, cells, kind, "flat", "repair the mesh: a cell without volume has no strain")
+    _refuse_bad_cells(flat, points, cells, kind, "flat", "repair the mesh: a cell without volume has no strain")
     turned = volumes < 0
     cells = cells.copy()
     cells[turned] = cells[turned][:, np.array(element_of(kind).turned)]
-    _unfolded(Mesh(points, cells, kind), longest**2 * (FLAT * longest + rounding))
+    _refuse_folded_cells(Mesh(points, cells, kind), longest**2 * (FLAT * longest + rounding))
     return cells
 
 
-def _unfolded(mesh: Mesh, least: Floats) -> None:
-    """Refuse cells of which any part is inside out, between integration points as well.
+def _refuse_folded_cells(mesh: Mesh, least: Floats) -> None:
+    """Refuse cells of which any part is inverted, also between integration points.
 
-    Hexahedra with a corner that is inside out are kept if no integration point of any rule lies there.
+    Hexahedra with an inverted corner are kept if no integration point of any rule lies there.
     """
-    bad, where = folded(mesh, least)
-    kept = ~folded_at_corners(Mesh(mesh.points, mesh.cells[bad], mesh.kind))
+    bad, where = find_folded_cells(mesh, least)
+    kept = ~has_folded_corner(Mesh(mesh.points, mesh.cells[bad], mesh.kind))
     bad, where = bad[kept], where[kept]
     if not len(bad):
         return
     corners = mesh.points[mesh.cells[bad[0]]]
     place = mesh.element.shape(where[:1])[0] @ corners
     det = jacobians(Mesh(corners, np.arange(len(corners))[None], mesh.kind), where[:1])
-    left, first = float(det[0, 0]) / _mean(mesh, bad[0]), f"cell {bad[0]} at {at(corners.mean(axis=0))}"
+    left, first = (
+        float(det[0, 0]) / _mean_jacobian(mesh, bad[0]),
+        f"cell {bad[0]} at {format_position(corners.mean(axis=0))}",
+    )
     raise UnreadableMesh(
         f"{len(bad)} of its {len(mesh.cells)} {mesh.element.family} fold over themselves, the first is {first}: beside "
-        f"{at(place)} it has {left:.2g} of its mean volume",
+        f"{format_position(place)} it has {left:.2g} of its mean volume",
         "E564", "repair the mesh: part of such a cell is inside out; straight edges help, or a finer mesh of the curve",
     )  # fmt: skip
 
 
-def _mean(mesh: Mesh, cell: int) -> float:
-    """Mean of det dX/dxi over a cell, m^3."""
+def _mean_jacobian(mesh: Mesh, cell: int) -> float:
+    """Return the mean of det dX/dxi over a cell, m^3."""
     return float(abs(mesh.volumes[cell]) / mesh.element.volume)
 
 
-def _none(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind: str, what: str, remedy: str) -> None:
-    """Refuse a mesh of which some cells are bad."""
+def _refuse_bad_cells(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind: str, what: str, remedy: str) -> None:
+    """Refuse a mesh if any of its cells are bad."""
     if not bad.any():
         return
     first, family = int(np.argmax(bad)), element_of(kind).family
     which = f"{int(bad.sum())} of its {len(cells)} {family} {'are ' if what == 'flat' else ''}{what}"
-    place = at(points[cells[first]].mean(axis=0))
+    place = format_position(points[cells[first]].mean(axis=0))
     raise UnreadableMesh(f"{which}, the first is cell {first} at {place}", "E564", remedy)
 
 
@@ -164,15 +167,15 @@ def _none(bad: NDArray[np.bool_], points: Floats, cells: Ints, kind: str, what: 
 
 
 def shortest_edge(points: Floats, cells: Ints) -> float:
-    """The least distance of two nodes of one cell, m; those at the very same place left out."""
+    """Return the least distance of two nodes of one cell, m, without coincident ones."""
     corners = points[cells]
     i, j = np.triu_indices(cells.shape[1], 1)
     squares = np.sum((corners[:, i] - corners[:, j]) ** 2, axis=2)
     return float(np.sqrt(squares[squares > 0].min(initial=np.inf)))
 
 
-def twins(points: Floats, cells: Ints) -> Ints:
-    """Pairs (p, 2) of nodes that lie at one place."""
+def find_coincident_nodes(points: Floats, cells: Ints) -> Ints:
+    """Return pairs (p, 2) of coincident nodes."""
     from scipy.spatial import cKDTree
 
     reach = min(COINCIDENT * float(np.linalg.norm(np.ptp(points, axis=0))), 1e-2 * shortest_edge(points, cells))
@@ -180,27 +183,27 @@ def twins(points: Floats, cells: Ints) -> Ints:
     return pairs[np.lexsort(pairs.T[::-1])]
 
 
-def merged(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
-    """Nodes that lie at one place made one, which lies where the first of them did."""
-    part = components(len(points), *twins(points, cells).T)
+def merge_coincident_nodes(points: Floats, cells: Ints) -> tuple[Floats, Ints]:
+    """Return points and cells with coincident nodes merged into the first of them."""
+    part = components(len(points), *find_coincident_nodes(points, cells).T)
     first = np.unique(part, return_index=True)[1]
     kept, renumbered = np.unique(first[part][cells], return_inverse=True)
     return points[kept], renumbered.reshape(cells.shape)
 
 
-def _uncut(mesh: Mesh, number: Ints) -> None:
-    """Refuse a mesh that looks whole and falls apart along nodes that lie at one place."""
-    pairs = twins(mesh.points, mesh.cells)
+def _refuse_coincident_nodes(mesh: Mesh, number: Ints) -> None:
+    """Refuse a mesh that looks connected but is separate along coincident nodes."""
+    pairs = find_coincident_nodes(mesh.points, mesh.cells)
     if len(pairs):
-        raise cut_apart(mesh.points, pairs, number)
+        raise coincident_nodes_error(mesh.points, pairs, number)
 
 
-def cut_apart(points: Floats, pairs: Ints, number: Ints) -> UnreadableMesh:
-    """That pairs (p, 2) of points lie at one place, which have each a `number` in the file."""
+def coincident_nodes_error(points: Floats, pairs: Ints, number: Ints) -> UnreadableMesh:
+    """Return the error for pairs (p, 2) of coincident points; `number` are the points' numbers in the file."""
     a, b = (int(n) for n in number[pairs[0]])
     return UnreadableMesh(
         f"it is cut apart: {len(pairs)} pairs of its {len(points)} nodes lie at the same place without being one, "
-        f"the first are nodes {a} and {b} at {at(points[pairs[0, 0]])}",
+        f"the first are nodes {a} and {b} at {format_position(points[pairs[0, 0]])}",
         "E565", "`coincident = merge` joins them; `coincident = keep` leaves a slit that is meant",
     )  # fmt: skip
 
@@ -209,7 +212,7 @@ def cut_apart(points: Floats, pairs: Ints, number: Ints) -> UnreadableMesh:
 
 
 def components(count: int, rows: Ints, columns: Ints) -> Ints:
-    """Which component each of so many is of (count,), where those in `rows` hang together with those in `columns`."""
+    """Return the connected component of each item (count,); items `rows` are connected with `columns`."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -218,47 +221,47 @@ def components(count: int, rows: Ints, columns: Ints) -> Ints:
     return part
 
 
-def sharing(numbers: Ints) -> Ints:
-    """Which component each row of numbers (n, k) is of (n,): rows that have one in common hang together."""
+def components_of_rows(numbers: Ints) -> Ints:
+    """Return the connected component of each row of numbers (n, k): rows with a common number are connected."""
     count, each = numbers.shape
     part = components(count + int(numbers.max()) + 1, np.repeat(np.arange(count), each), count + numbers.ravel())
     return part[:count]
 
 
-def _told(mesh: Mesh, part: Ints) -> str:
-    """Sizes of parts of cells (m,), and where the smallest lies."""
+def _describe_pieces(mesh: Mesh, part: Ints) -> str:
+    """Describe the sizes of parts of cells (m,), and the location of the smallest."""
     sizes = np.sort(np.bincount(part))[::-1]
     least = int(np.argmin(np.bincount(part)))
     cell = int(np.argmax(part == least))
     listed = ", ".join(map(str, sizes[:4])) + (", ..." if len(sizes) > 4 else "")
-    return f"of {listed} cells; the smallest has cell {cell} at {at(mesh.points[mesh.cells[cell]].mean(axis=0))}"
+    return f"of {listed} cells; the smallest has cell {cell} at {format_position(mesh.points[mesh.cells[cell]].mean(axis=0))}"
 
 
-def _by_nodes(mesh: Mesh) -> Ints:
-    """Return which piece each node is of (n,): nodes of one cell are of one piece."""
+def _pieces_of_nodes(mesh: Mesh) -> Ints:
+    """Return the piece of each node (n,): nodes of one cell belong to one piece."""
     width = mesh.cells.shape[1]
     return components(len(mesh.points), np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel())
 
 
-def pieces_of(mesh: Mesh) -> int:
-    """Return how many pieces, which share no nodes, a mesh has."""
-    return int(_by_nodes(mesh).max()) + 1
+def count_pieces(mesh: Mesh) -> int:
+    """Return the number of pieces, without common nodes, of a mesh."""
+    return int(_pieces_of_nodes(mesh).max()) + 1
 
 
-def _one_piece(mesh: Mesh) -> None:
-    """Refuse islands."""
-    part = _by_nodes(mesh)
+def _require_one_piece(mesh: Mesh) -> None:
+    """Refuse a mesh of several unconnected pieces."""
+    part = _pieces_of_nodes(mesh)
     count = int(part.max()) + 1
     if count > 1:
         raise UnreadableMesh(
-            f"it falls into {count} parts that share no points, {_told(mesh, part[mesh.cells[:, 0]])}",
+            f"it falls into {count} parts that share no points, {_describe_pieces(mesh, part[mesh.cells[:, 0]])}",
             "E566", "a body is one piece: write each part to a file and declare a body of its own; or take "
             "`pieces = keep` in `mesh(...)`, where supports, contact or `tied(...)` hold each piece",
         )  # fmt: skip
 
 
-def sides_of(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
-    """Facets of all cells (m s, c) by their corners, their own cells, and which of them are the same (m s,)."""
+def facets_of_cells(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
+    """Return the facets of all cells (m s, c) by their corners, their cells, and labels of equal facets (m s,)."""
     element = mesh.element
     own = np.array(element.facets)
     sides = mesh.cells[:, own].reshape(-1, own.shape[1])[:, : element.facet.corners]
@@ -266,22 +269,22 @@ def sides_of(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
     return sides, np.repeat(np.arange(len(mesh.cells)), len(own)), same
 
 
-def _faces_of_two(mesh: Mesh, sides: Ints, cell: Ints, same: Ints) -> None:
-    """Refuse faces of three cells, and of two that lie on the same side of it."""
+def _check_shared_faces(mesh: Mesh, sides: Ints, cell: Ints, same: Ints) -> None:
+    """Refuse faces that belong to three cells, or to two on the same side."""
     count = np.bincount(same)
     if (count > 2).any():
         face = int(np.argmax(count > 2))
         _overlap(mesh, cell[same == face], sides[same == face][0], int((count > 2).sum()), "share a face")
     order = np.argsort(same, kind="stable")
     pair = order[np.isin(same[order], np.flatnonzero(count == 2))].reshape(-1, 2)
-    alike = _around(sides[pair[:, 0]]) == _around(sides[pair[:, 1]])
+    alike = _facet_orientation(sides[pair[:, 0]]) == _facet_orientation(sides[pair[:, 1]])
     if alike.any():
         one = pair[int(np.argmax(alike))]
         _overlap(mesh, cell[one], sides[one[0]], int(alike.sum()), "lie on the same side of their common face")
 
 
-def _around(sides: Ints) -> NDArray[np.bool_]:
-    """In which sense a facet turns: whether, next to its least node, the following one is less than the one before."""
+def _facet_orientation(sides: Ints) -> NDArray[np.bool_]:
+    """Return the orientation of facets: whether the node after the least one has a smaller number than the one before."""
     k, rows = sides.shape[1], np.arange(len(sides))
     least = np.argmin(sides, axis=1)
     turn: NDArray[np.bool_] = sides[rows, (least + 1) % k] < sides[rows, (least - 1) % k]
@@ -291,18 +294,18 @@ def _around(sides: Ints) -> NDArray[np.bool_]:
 def _overlap(mesh: Mesh, cells: Ints, face: Ints, count: int, what: str) -> None:
     named = ", ".join(map(str, cells[:-1])) + f" and {cells[-1]}"
     raise UnreadableMesh(
-        f"cells {named} {what}, at {at(mesh.points[face].mean(axis=0))} ({count} such face{'s' if count > 1 else ''})",
+        f"cells {named} {what}, at {format_position(mesh.points[face].mean(axis=0))} ({count} such face{'s' if count > 1 else ''})",
         "E567", "repair the mesh: a face has one cell on each side, or a cell and the surface",
     )  # fmt: skip
 
 
-def _hinged(mesh: Mesh, cell: Ints, same: Ints) -> None:
-    """Refuse parts that hang together by an edge or a node alone, about which they turn freely."""
+def _refuse_hinges(mesh: Mesh, cell: Ints, same: Ints) -> None:
+    """Refuse parts that are connected only by an edge or a node, about which they rotate freely."""
     order = np.argsort(same, kind="stable")
     inner = order[np.isin(same[order], np.flatnonzero(np.bincount(same) == 2))].reshape(-1, 2)
     part = components(len(mesh.cells), cell[inner[:, 0]], cell[inner[:, 1]])
     count = int(part.max()) + 1
-    if count == pieces_of(mesh):
+    if count == count_pieces(mesh):
         return
     corners = mesh.cells[:, : len(set(np.array(mesh.element.facets)[:, : mesh.element.facet.corners].ravel()))]
     low, high = np.full(len(mesh.points), count), np.full(len(mesh.points), -1)
@@ -311,7 +314,7 @@ def _hinged(mesh: Mesh, cell: Ints, same: Ints) -> None:
     joint = int(np.argmax(high > low))
     raise UnreadableMesh(
         f"it has {count} parts that share no face and hang together by nodes or edges alone, such as node {joint} at "
-        f"{at(mesh.points[joint])}: parts {_told(mesh, part)}",
+        f"{format_position(mesh.points[joint])}: parts {_describe_pieces(mesh, part)}",
         "E568", "join the parts by faces, or write each to a file and declare a body of its own",
     )  # fmt: skip
 
@@ -319,20 +322,20 @@ def _hinged(mesh: Mesh, cell: Ints, same: Ints) -> None:
 # ------------------------------------------------------------------ overlaps
 
 
-def _through_itself(mesh: Mesh) -> None:
-    """Refuse a mesh in which a cell has its middle, or the surface a node, well inside a cell far along the mesh."""
-    found = overlap(mesh)
+def _refuse_self_intersection(mesh: Mesh) -> None:
+    """Refuse a self-intersecting mesh: a cell centre or a surface node well inside a cell far along the mesh."""
+    found = find_overlap(mesh)
     if found is None:
         return
     point, cell = found
     raise UnreadableMesh(
-        f"it passes through itself: {at(point)} lies inside cell {cell} and in another part of the mesh as well",
+        f"it passes through itself: {format_position(point)} lies inside cell {cell} and in another part of the mesh as well",
         "E569", "repair the mesh: matter there would count twice",
     )  # fmt: skip
 
 
-def overlap(mesh: Mesh) -> tuple[Floats, int] | None:
-    """A place that two cells without a common node share, and one of the two; None where none was found."""
+def find_overlap(mesh: Mesh) -> tuple[Floats, int] | None:
+    """Return a point shared by two cells without a common node, and one of the two cells; None if none was found."""
     from scipy.spatial import cKDTree
 
     outer = np.unique(mesh.facets)
@@ -341,9 +344,9 @@ def overlap(mesh: Mesh) -> tuple[Floats, int] | None:
     edge = np.flatnonzero(touched[mesh.cells].any(axis=1))
     corners = mesh.points[mesh.cells]
     middles = corners.mean(axis=1)
-    queries = np.concatenate([mesh.points[outer], _within(mesh, edge)])
+    queries = np.concatenate([mesh.points[outer], _interior_points(mesh, edge)])
     radii = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    for cells in _by_size(radii):
+    for cells in _group_by_size(radii):
         tree = cKDTree(middles[cells])
         reach = float(radii[cells].max())
         near = tree.query_ball_point(queries, reach, return_length=True)
@@ -358,22 +361,22 @@ def overlap(mesh: Mesh) -> tuple[Floats, int] | None:
     return None
 
 
-def _within(mesh: Mesh, cells: Ints) -> Floats:
-    """A point inside each of some cells that is on no face of tetrahedra that fill one in the same place."""
+def _interior_points(mesh: Mesh, cells: Ints) -> Floats:
+    """Return a point inside each of some cells that lies on no face of coinciding tetrahedra."""
     corners, N = mesh.points[mesh.cells[cells]], mesh.element.shape(np.array([mesh.element.inner]))[0]
     points: Floats = np.einsum("k,mki->mi", N, corners)
     return points
 
 
-def _by_size(radii: Floats) -> list[Ints]:
-    """Cells in groups of like size, so that the search around one is not as wide as the largest."""
+def _group_by_size(radii: Floats) -> list[Ints]:
+    """Return cells in groups of similar size, so that one large cell does not widen the search around all."""
     group = np.floor(np.log2(radii / radii.min())).astype(np.int64)
     return [np.flatnonzero(group == g) for g in np.unique(group)]
 
 
 def _first_inside(mesh: Mesh, queries: Floats, which: Ints, of: Ints, outer: Ints, edge: Ints
                   ) -> tuple[Floats, int] | None:  # fmt: skip
-    """The first query that lies inside a cell that has nothing to do with it."""
+    """Return the first query point inside a cell that it is not connected with, and that cell."""
     corners = mesh.points[mesh.cells]
     low, high = corners.min(axis=1)[of], corners.max(axis=1)[of]
     boxed = ((queries[which] > low) & (queries[which] < high)).all(axis=1)

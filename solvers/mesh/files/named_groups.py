@@ -1,7 +1,8 @@
-"""Named groups of a mesh file: physical groups of Gmsh, sets of Abaqus and CalculiX, whole numbers on cells.
+"""Named groups of a mesh file: physical groups of Gmsh, sets of Abaqus and CalculiX, integer arrays on cells.
 
-A group of cells and faces of one name becomes two, NAME and `NAME:faces`. Numbers on cells, as VTU has them, are groups
-`ARRAY=VALUE`; an array of ones and zeros is one by its own name as well. Physical groups without a name go by number.
+A group of cells and faces of one name becomes two, NAME and `NAME:faces`. Integers on cells, as in VTU, are groups
+`ARRAY=VALUE`; an array of ones and zeros is also a group by its own name. Physical groups without a name are called by
+their number.
 """
 
 from __future__ import annotations
@@ -28,24 +29,24 @@ FACES, EDGES = ":faces", ":edges"
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedMembers:
     """Members of one name: numbers of solid cells (k,), and corners of facets (f, c), by kind of facet."""
 
     cells: Ints
     facets: tuple[Ints, ...]
 
 
-def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]) -> dict[str, Group]:
-    """The groups of a file that meshio has read, of `cells` (m, a) of meshio's `kind`; nodes as the file has them.
+def read_groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]) -> dict[str, Group]:
+    """Return the groups of a file read by meshio, for `cells` (m, a) of meshio's `kind`; nodes as in the file.
 
     Raises UnreadableMesh.
     """
     if path.suffix.lower() == ".inp":
         from softmark.solvers.mesh.files.abaqus.deck_groups import DeckGroups
 
-        return _of_sets(DeckGroups(data.deck, kind, cells, element).named(), cells, element)
+        return _groups_of_sets(DeckGroups(data.deck, kind, cells, element).named(), cells, element)
     found: dict[str, Group] = {}
-    for name, which in masks(data):
+    for name, which in group_masks(data):
         own = _members(data, which, kind)
         if len(own.cells) or not own.facets:
             found[name] = Group("cells", own.cells)
@@ -54,7 +55,7 @@ def groups(data: Any, path: Path, kind: str, cells: Ints, element: type[Element]
     return found
 
 
-def _of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
+def _groups_of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Element]) -> dict[str, Group]:
     found = {}
     for name, own in sets.items():
         if own.nodes is not None:
@@ -71,13 +72,13 @@ def _of_sets(sets: Mapping[str, Members], cells: Ints, element: type[Element]) -
 
 
 def _faces(facets: tuple[Ints, ...], cells: Ints, element: type[Element]) -> Group:
-    """The faces of cells that facets of a file are, each once."""
+    """Return the faces of cells that coincide with facets of a file, each once."""
     own = [faces_of(cells, element, corners) for corners in facets]
     members = np.concatenate([faces for faces, _ in own]) if own else np.zeros((0, 2), dtype=np.int64)
     return Group("faces", members, foreign=sum(none for _, none in own))
 
 
-def _members(data: Any, masks: list[Any], kind: str) -> Named:
+def _members(data: Any, masks: list[Any], kind: str) -> NamedMembers:
     cells, facets, before = [np.zeros(0, dtype=np.int64)], [], 0
     for block, mask in zip(data.cells, masks, strict=True):
         if block.type == kind:
@@ -85,11 +86,11 @@ def _members(data: Any, masks: list[Any], kind: str) -> Named:
             before += len(block.data)
         elif block.type in CORNERS and mask.any():
             facets.append(block.data[mask][:, : CORNERS[block.type]].astype(np.int64))
-    return Named(np.concatenate(cells), tuple(facets))
+    return NamedMembers(np.concatenate(cells), tuple(facets))
 
 
-def masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list[Any]]]:
-    """Every name of a file, and which cells of every block it holds; `dims` are those of cells and of their sides."""
+def group_masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list[Any]]]:
+    """Yield every group name of a file with its cells in every block; `dims` are those of cells and of their sides."""
     said = set()
     for name, sets in getattr(data, "cell_sets", {}).items():
         if not name.startswith("gmsh:"):
@@ -99,9 +100,9 @@ def masks(data: Any, dims: tuple[int, int] = (3, 2)) -> Iterator[tuple[str, list
     for array, blocks in arrays.items():
         if array == PHYSICAL:
             layers = [own for word, own in arrays.items() if word == PHYSICAL or word.startswith(f"{PHYSICAL} ")]
-            yield from ((n, m) for n, m in _physical(data, layers, dims) if n not in said)
+            yield from ((n, m) for n, m in _physical_groups(data, layers, dims) if n not in said)
         elif not array.startswith("gmsh:") and array not in said:
-            yield from _numbered(array, blocks)
+            yield from _groups_of_array(array, blocks)
 
 
 def _mask(count: int, members: Any) -> Any:
@@ -111,8 +112,8 @@ def _mask(count: int, members: Any) -> Any:
     return found
 
 
-def _physical(data: Any, layers: list[list[Any]], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
-    """Physical groups of Gmsh, by name, and those without one by number; a cell has one group in each layer."""
+def _physical_groups(data: Any, layers: list[list[Any]], of: tuple[int, int]) -> Iterator[tuple[str, list[Any]]]:
+    """Yield Gmsh's physical groups by name, or by number if unnamed; a cell has one group in each layer."""
     names = {(int(tag), int(dim)): name for name, (tag, dim) in getattr(data, "field_data", {}).items()}
     dims = [block.dim for block in data.cells]
     used = {(int(t), d) for blocks in layers for own, d in zip(blocks, dims, strict=True) for t in np.unique(own)
@@ -125,8 +126,8 @@ def _physical(data: Any, layers: list[list[Any]], of: tuple[int, int]) -> Iterat
         yield names.get((tag, dim), f"{tag}{beside}" if twice and dim == of[1] else str(tag)), which
 
 
-def _numbered(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
-    """Values of an array of whole numbers; of ones and zeros the ones."""
+def _groups_of_array(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
+    """Yield one group for each value of an integer array; for ones and zeros only the ones."""
     known = [np.asarray(own) for own in blocks]
     if any(own.dtype.kind not in "iub" or own.ndim != 1 for own in known):
         return
@@ -139,11 +140,11 @@ def _numbered(array: str, blocks: list[Any]) -> Iterator[tuple[str, list[Any]]]:
         yield f"{array}={int(value)}", [own == value for own in known]
 
 
-def merged(data: Any) -> Any:
-    """A mesh in Gmsh's format 2.2 with each cell once, which the file has once for each physical group of the cell.
+def merge_repeated_cells(data: Any) -> Any:
+    """Return a Gmsh 2.2 mesh with each cell once, where the file repeats a cell for each of its physical groups.
 
-    Further groups of a cell are arrays `gmsh:physical 2` and so on. A cell that is given twice in the same group
-    stays twice: that is a flaw of the mesh.
+    Further groups of a cell are arrays `gmsh:physical 2` and so on. A cell that occurs twice in the same group stays
+    twice: that is a flaw of the mesh.
     """
     groups = data.cell_data.get(PHYSICAL)
     if groups is None:

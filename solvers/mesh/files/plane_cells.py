@@ -1,7 +1,7 @@
-"""Plane cells of a file, as a slice one cell thick: triangles become wedges, and quadrilaterals hexahedra.
+"""Plane cells of a file as a slice one cell thick: triangles become wedges, and quadrilaterals hexahedra.
 
-Groups of cells and of edges go with them: an edge is the side of the slice that stands on it. To add a kind of cell: a
-line in SLICED.
+Groups of cells and of edges are kept: an edge becomes the side of the slice above it. To add a kind of cell: a line in
+SLICED.
 """
 
 from __future__ import annotations
@@ -15,10 +15,18 @@ import numpy as np
 from softmark.solvers.elements import element_of
 from softmark.solvers.elements.reference_cells import Tetrahedron
 from softmark.solvers.mesh import mesh_groups
-from softmark.solvers.mesh.cell_splitting import positive, with_nodes
+from softmark.solvers.mesh.cell_splitting import add_midside_nodes, orient_positively
 from softmark.solvers.mesh.files import named_groups
-from softmark.solvers.mesh.files.mesh_reader import KINDS, OTHERS, converted, parsed, placed
-from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh, at, checked, cut_apart, merged, twins, used
+from softmark.solvers.mesh.files.mesh_reader import KINDS, OTHERS, convert_cells, parse, points_in_metres
+from softmark.solvers.mesh.files.mesh_validation import (
+    UnreadableMesh,
+    coincident_nodes_error,
+    drop_unused_points,
+    find_coincident_nodes,
+    format_position,
+    merge_coincident_nodes,
+    validate,
+)
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
 from softmark.solvers.mesh.mesh_group import Group
 
@@ -31,37 +39,39 @@ OFF = 1e-9  # of the extent: how far from the plane z = 0 rounding may leave a n
 NO_REGION = "E579"
 
 
-def read(path: str, unit: float, coincident: str = "refuse") -> Mesh:
-    """The plane cells of `path`, all of one kind, as a slice around z = 0 about as thick as they are wide, in m.
+def read_slice(path: str, unit: float, coincident: str = "refuse") -> Mesh:
+    """Return the plane cells of `path`, all of one kind, as a slice around z = 0 about as thick as the cells are wide,
+    m.
 
-    Cells that go clockwise are turned. With the groups of the file. Nodes at one place are refused, merged or kept.
-    Raises UnreadableMesh.
+    Clockwise cells are reversed. The file's groups are included. Coincident nodes are refused, merged or kept. Raises
+    UnreadableMesh.
     """
-    data = _opened(Path(path))
+    data = _parse_file(Path(path))
     kind = _one_kind(data)
-    points, cells, number = used(
-        placed(data, unit), np.concatenate([b.data for b in data.cells if b.type == kind]).astype(np.int64, order="C")
+    points, cells, number = drop_unused_points(
+        points_in_metres(data, unit),
+        np.concatenate([b.data for b in data.cells if b.type == kind]).astype(np.int64, order="C"),
     )
-    _level(points, number)
+    _require_plane(points, number)
     edges = _edges(data)
-    points, cells, ends = _whole(points, cells, number, [own for _, own in edges], coincident)
-    cells = _turned(points, cells, _corners(kind))
-    mesh = _sliced(points, cells, kind)
+    points, cells, ends = _check_points(points, cells, number, [own for _, own in edges], coincident)
+    cells = _orient_cells(points, cells, _corners(kind))
+    mesh = _build_slice(points, cells, kind)
     return replace(mesh, groups=_groups(data, kind, mesh, cells, dict(zip((n for n, _ in edges), ends, strict=True))))
 
 
-def standing_on(points: Floats, cells: Ints, kind: str) -> Mesh:
-    """The slice that stands on plane cells (m, a) of points (n, 3), m, in their order; `kind` is meshio's word.
+def extrude_cells(points: Floats, cells: Ints, kind: str) -> Mesh:
+    """Return the slice of plane cells (m, a) of points (n, 3), m, in their order; `kind` is meshio's cell name.
 
-    Cells that go clockwise are turned. Raises UnreadableMesh.
+    Clockwise cells are reversed. Raises UnreadableMesh.
     """
-    known, own, number = used(points, cells)
-    _level(known, number)
-    return _sliced(known, _turned(known, own, _corners(kind)), kind)
+    known, own, number = drop_unused_points(points, cells)
+    _require_plane(known, number)
+    return _build_slice(known, _orient_cells(known, own, _corners(kind)), kind)
 
 
-def taken(mesh: Mesh, kind: str) -> Mesh:
-    """A slice that was read, as the element that a model wants, or as tetrahedra. Raises UnreadableMesh."""
+def convert_slice(mesh: Mesh, kind: str) -> Mesh:
+    """Return a slice that was read, as a model's element, or as tetrahedra. Raises UnreadableMesh."""
     if kind == Tetrahedron.linear:
         return _tetrahedra(mesh)
     if (own := mesh.element.family) != (other := element_of(kind).family):
@@ -69,25 +79,25 @@ def taken(mesh: Mesh, kind: str) -> Mesh:
             f"it has {OF_THE_PLANE[own]}, and the model wants {OF_THE_PLANE.get(other, other)}", NO_REGION,
             "`tri3` and `tri6` take triangles; `quad4`, `quad8` and `quad9` take quadrilaterals",
         )  # fmt: skip
-    return converted(mesh, kind, "")
+    return convert_cells(mesh, kind, "")
 
 
 def _corners(kind: str) -> int:
     return next(many for name, many in CORNERS.items() if kind.startswith(name))
 
 
-def _opened(path: Path) -> Any:
-    """What meshio makes of the file. Raises UnreadableMesh."""
+def _parse_file(path: Path) -> Any:
+    """Return the file as read by meshio. Raises UnreadableMesh."""
     if path.suffix.lower() not in ENDINGS:
         raise UnreadableMesh(
             f"plane cells are not read of `{path.suffix or path.name}` files", NO_REGION,
             "write it as .msh (Gmsh 2 or 4.1), .vtu or .vtk, and name that file",
         )  # fmt: skip
-    return parsed(path)
+    return parse(path)
 
 
 def _one_kind(data: Any) -> str:
-    """The kind of its plane cells, in meshio's words. Raises UnreadableMesh where there is none, or more than that."""
+    """Return meshio's name of the file's only kind of plane cell. Raises UnreadableMesh if there is none, or several."""
     there = {block.type for block in data.cells if len(block.data)}
     if solids := sorted(there & (KINDS.keys() | OTHERS)):
         raise UnreadableMesh(
@@ -108,7 +118,7 @@ def _one_kind(data: Any) -> str:
     return str(flat[0])
 
 
-def _level(points: Floats, number: Ints) -> None:
+def _require_plane(points: Floats, number: Ints) -> None:
     """Refuse points (n, 3) off the plane z = 0. Raises UnreadableMesh."""
     off = np.abs(points[:, 2]) > OFF * float(np.linalg.norm(np.ptp(points, axis=0)))
     if not off.any():
@@ -116,36 +126,36 @@ def _level(points: Floats, number: Ints) -> None:
     first = int(np.argmax(off))
     raise UnreadableMesh(
         f"{int(off.sum())} of its {len(points)} nodes lie off the plane z = 0, the first is node {number[first]} at "
-        f"{at(points[first])}",
+        f"{format_position(points[first])}",
         NO_REGION, "write the region in the plane of x and y, with z = 0; a surface in space is no plane body",
     )  # fmt: skip
 
 
 def _edges(data: Any) -> list[tuple[int, Ints]]:
-    """The edges (e, 2) of a file, by the number of their block."""
+    """Return the edges (e, 2) of a file, by the number of their block."""
     return [(i, block.data[:, :2].astype(np.int64)) for i, block in enumerate(data.cells) if block.type in EDGES]
 
 
-def _whole(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
+def _check_points(points: Floats, cells: Ints, number: Ints, edges: list[Ints], coincident: str
            ) -> tuple[Floats, Ints, list[Ints]]:  # fmt: skip
-    """Points, cells and edges whose nodes at one place are refused or made one; -1 for ends that no cell has.
+    """Return points, cells and edges with coincident nodes refused or merged; -1 for ends that belong to no cell.
 
-    Edges name nodes by the `number` that points have in the file. Raises UnreadableMesh.
+    Edges refer to nodes by the `number` of points in the file. Raises UnreadableMesh.
     """
     now = np.full(max([int(number.max()), *(int(e.max(initial=0)) for e in edges)]) + 1, -1)
     now[number] = np.arange(len(number))
-    pairs = twins(points, cells) if coincident != "keep" else np.zeros((0, 2), dtype=np.int64)
+    pairs = find_coincident_nodes(points, cells) if coincident != "keep" else np.zeros((0, 2), dtype=np.int64)
     if len(pairs) and coincident == "refuse":
-        raise cut_apart(points, pairs, number)
+        raise coincident_nodes_error(points, pairs, number)
     if len(pairs):
-        same = merged(points, np.arange(len(points))[:, None])[1][:, 0]
-        points, cells = merged(points, cells)
+        same = merge_coincident_nodes(points, np.arange(len(points))[:, None])[1][:, 0]
+        points, cells = merge_coincident_nodes(points, cells)
         now[number] = same
     return points, cells, [np.where(own < 0, -1, now[np.maximum(own, 0)]) for own in edges]
 
 
-def _turned(points: Floats, cells: Ints, corners: int) -> Ints:
-    """Cells (m, a) that go counter-clockwise by their corners."""
+def _orient_cells(points: Floats, cells: Ints, corners: int) -> Ints:
+    """Return cells (m, a) ordered counter-clockwise by their corners."""
     own = points[cells[:, :corners], :2]
     # from a corner: far from the origin, products of coordinates leave nothing of small areas
     x, y = np.moveaxis(own - own[:, :1], 2, 0)
@@ -157,22 +167,22 @@ def _turned(points: Floats, cells: Ints, corners: int) -> Ints:
     return cells
 
 
-def _sliced(points: Floats, cells: Ints, kind: str) -> Mesh:
-    """The slice that stands on plane cells of a kind, checked. Raises UnreadableMesh."""
+def _build_slice(points: Floats, cells: Ints, kind: str) -> Mesh:
+    """Return the checked slice of plane cells of a kind. Raises UnreadableMesh."""
     c, n, element = _corners(kind), len(points), element_of(SLICED[kind])
     half = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0))) / max(1.0, np.sqrt(len(cells)))
     layers = np.concatenate([points, points])
     layers[:, 2] = np.repeat((-half, half), n)
     mesh = Mesh(layers, np.concatenate([cells[:, :c], cells[:, :c] + n], axis=1), element.linear)
     if element.name != element.linear:
-        mesh = with_nodes(mesh, element)  # points of its own
+        mesh = add_midside_nodes(mesh, element)  # points of its own
         for k, ends in enumerate(element.between):
             below = tuple(sorted({corner % c for corner in ends}))
             if len(below) > 1:  # where the file has it: sides may be curved
                 own = 2 * c if len(below) == c else c + (below[0] if below[1] == below[0] + 1 else c - 1)
                 mesh.points[mesh.cells[:, element.corners + k], :2] = points[cells[:, own], :2]
     try:
-        return checked(mesh.points, mesh.cells, mesh.kind, "keep")
+        return validate(mesh.points, mesh.cells, mesh.kind, "keep")
     except UnreadableMesh as wrong:
         said = str(wrong)
         for ours, theirs in OF_THE_PLANE.items():
@@ -181,24 +191,24 @@ def _sliced(points: Floats, cells: Ints, kind: str) -> Mesh:
 
 
 def _groups(data: Any, kind: str, mesh: Mesh, cells: Ints, edges: dict[int, Ints]) -> dict[str, Group]:
-    """The groups of a file: cells, and sides of the slice that stand on edges, which are `NAME:edges` beside cells."""
+    """Return the groups of a file: cells, and sides of the slice above edges, as `NAME:edges` if there are cells too."""
     c, element, found = mesh.element.corners // 2, mesh.element, {}
     first = [sum(len(b.data) for b in data.cells[:i] if b.type == kind) for i in range(len(data.cells))]
-    for name, masks in named_groups.masks(data, (2, 1)):
+    for name, masks in named_groups.group_masks(data, (2, 1)):
         of = [first[i] + np.flatnonzero(m) for i, m in enumerate(masks) if data.cells[i].type == kind]
         on = [own[np.asarray(masks[i], dtype=np.bool_)] for i, own in edges.items()]
         members, sides = np.concatenate(of), np.concatenate([*on, np.zeros((0, 2), dtype=np.int64)])
         if len(members) or not len(sides):
             found[name] = Group("cells", members.astype(np.int64))
         if len(sides):
-            found[f"{name}{named_groups.EDGES}" if len(members) else name] = _standing(
+            found[f"{name}{named_groups.EDGES}" if len(members) else name] = _sides_above_edges(
                 mesh, cells[:, :c], sides, element
             )
     return found
 
 
-def _standing(mesh: Mesh, cells: Ints, edges: Ints, element: Any) -> Group:
-    """The sides of a slice on edges (e, 2) of its plane cells (m, c)."""
+def _sides_above_edges(mesh: Mesh, cells: Ints, edges: Ints, element: Any) -> Group:
+    """Return the sides of a slice above edges (e, 2) of its plane cells (m, c)."""
     n = int(cells.max()) + 1
     known = edges[(edges >= 0).all(axis=1) & (edges < n).all(axis=1)]
     both = np.concatenate([cells, cells + n], axis=1)
@@ -209,7 +219,7 @@ def _standing(mesh: Mesh, cells: Ints, edges: Ints, element: Any) -> Group:
 
 
 def _tetrahedra(mesh: Mesh) -> Mesh:
-    """Tetrahedra of a slice, for probes of volumes: their faces match, since diagonals rise with the nodes' numbers."""
+    """Return matching tetrahedra of a slice, for probes of volumes; diagonals rise with node numbers."""
     c = mesh.element.corners // 2
     low = mesh.cells[:, [(0, k, k + 1) for k in range(1, c - 1)]]  # (m, c - 2, 3)
     high = mesh.cells[:, [(c, c + k, c + k + 1) for k in range(1, c - 1)]]
@@ -217,4 +227,6 @@ def _tetrahedra(mesh: Mesh) -> Mesh:
     six = np.concatenate([np.take_along_axis(a, order, axis=2) for a in (low, high)], axis=2)
     cells = six[:, :, np.array(((0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3)))].reshape(-1, 4)
     element = element_of(Tetrahedron.linear)
-    return mesh_groups.split(mesh, Mesh(mesh.points, positive(mesh.points, cells, element), element.name))
+    return mesh_groups.split_groups(
+        mesh, Mesh(mesh.points, orient_positively(mesh.points, cells, element), element.name)
+    )

@@ -1,4 +1,4 @@
-"""Triangles near to places: which of a surface pass through others, and the closest points on it."""
+"""Proximity of triangles: self-intersections of a surface, and the closest points on it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ AT_ONCE = 2_000_000  # of pairs of a place and a triangle
 TOUCH = 1e-9  # of an edge: what only touches a triangle does not pass through it
 
 
-def pairs(places: Floats, reach: Floats, corners: Floats) -> Iterator[tuple[Ints, Ints]]:
-    """Places (n, 3) and triangles (t, 3, 3) whose balls meet: radius `reach` (n,) of a place, by some at a time."""
+def find_near_triangles(places: Floats, reach: Floats, corners: Floats) -> Iterator[tuple[Ints, Ints]]:
+    """Yield pairs of places (n, 3) and triangles (t, 3, 3) whose bounding balls meet; places have a radius `reach`
+    (n,).
+    """
     from scipy.spatial import cKDTree
 
     middles = corners.mean(axis=1)
@@ -31,32 +33,32 @@ def pairs(places: Floats, reach: Floats, corners: Floats) -> Iterator[tuple[Ints
                 yield which, group[np.concatenate(lists).astype(np.int64)]
 
 
-def ends_of(triangles: Ints) -> Ints:
-    """Both points of each edge of triangles (t, 3), as these go around: (3 t, 2)."""
+def edges_of_triangles(triangles: Ints) -> Ints:
+    """Return both points of each edge of triangles (t, 3), in the triangles' order: (3 t, 2)."""
     return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
-def crossing(points: Floats, triangles: Ints) -> NDArray[np.bool_]:
-    """Which triangles (t,) an edge of another goes through, and those that have such an edge.
+def find_intersecting_triangles(points: Floats, triangles: Ints) -> NDArray[np.bool_]:
+    """Return the triangles (t,) that intersect another, as a mask.
 
-    Triangles with a common point are left out: neighbours share theirs. Source of the test: Moeller and Trumbore 1997.
+    Triangles with a common point are ignored, since neighbours touch. Source of the test: Moeller and Trumbore 1997.
     """
-    ends, of = np.unique(np.sort(ends_of(triangles), axis=1), axis=0, return_inverse=True)
+    ends, of = np.unique(np.sort(edges_of_triangles(triangles), axis=1), axis=0, return_inverse=True)
     of = of.reshape(-1, 3)
     X, edge = points[triangles], points[ends]
     half = 0.5 * np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1)
     pierced, through = np.zeros(len(triangles), dtype=bool), np.zeros(len(ends), dtype=bool)
-    for e, t in pairs(edge.mean(axis=1), half, X):
+    for e, t in find_near_triangles(edge.mean(axis=1), half, X):
         apart = (ends[e][:, :, None] != triangles[t][:, None, :]).all(axis=(1, 2))
         e, t = e[apart], t[apart]
-        meet = _meets(edge[e], X[t])
+        meet = _do_intersect(edge[e], X[t])
         pierced[t[meet]] = True
         through[e[meet]] = True
     return pierced | through[of].any(axis=1)
 
 
-def _meets(edge: Floats, X: Floats) -> NDArray[np.bool_]:
-    """Whether edges (n, 2, 3) go through the inside of triangles (n, 3, 3)."""
+def _do_intersect(edge: Floats, X: Floats) -> NDArray[np.bool_]:
+    """Return whether edges (n, 2, 3) pass through the inside of triangles (n, 3, 3)."""
     d, ab, ac, o = edge[:, 1] - edge[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0], edge[:, 0] - X[:, 0]
     h, q = np.cross(d, ac), np.cross(o, ab)
     det = np.einsum("ni,ni->n", ab, h)
@@ -70,12 +72,12 @@ def _meets(edge: Floats, X: Floats) -> NDArray[np.bool_]:
     return found
 
 
-def closest(places: Floats, points: Floats, triangles: Ints, reach: float) -> tuple[Floats, Floats]:
-    """The closest points (n, 3) of a surface to places, and how far (n,) they are, m; inf beyond `reach` (m)."""
+def closest_points(places: Floats, points: Floats, triangles: Ints, reach: float) -> tuple[Floats, Floats]:
+    """Return the closest points (n, 3) of a surface to places, and their distances (n,), m; inf beyond `reach` (m)."""
     X = points[triangles]
     best, far = places.copy(), np.full(len(places), np.inf)
-    for which, t in pairs(places, np.full(len(places), reach), X):
-        found = _in_triangle(places[which], X[t])
+    for which, t in find_near_triangles(places, np.full(len(places), reach), X):
+        found = _closest_in_triangle(places[which], X[t])
         away = np.linalg.norm(found - places[which], axis=1)
         order = np.lexsort((away, which))
         first = order[np.unique(which[order], return_index=True)[1]]
@@ -85,8 +87,8 @@ def closest(places: Floats, points: Floats, triangles: Ints, reach: float) -> tu
     return best, far
 
 
-def _in_triangle(p: Floats, X: Floats) -> Floats:
-    """The points of triangles (n, 3, 3) closest to p (n, 3): in the plane, or the nearest of those on three edges."""
+def _closest_in_triangle(p: Floats, X: Floats) -> Floats:
+    """Return the points of triangles (n, 3, 3) closest to p (n, 3): in the plane, or on the nearest edge."""
     best: Floats
     a, ab, ac = X[:, 0], X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
     gram = np.stack([np.einsum("ni,ni->n", q, r) for q, r in ((ab, ab), (ab, ac), (ac, ac))])

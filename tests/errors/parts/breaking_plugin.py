@@ -4,14 +4,14 @@ from typing import Annotated
 
 import numpy as np
 
-from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
 from softmark.records import dataclass
 
 SOFTMARK = {"metrics": {"lean": "Lean", "ratio": "Ratio"}}
 
 
 @dataclass(frozen=True)
-class Lean(OfDisplacements):
+class Lean(DisplacementMetric):
     """leans"""
 
     probe: Annotated[str, "probe", "where it is looked at"]
@@ -24,7 +24,7 @@ class Lean(OfDisplacements):
 
 
 @dataclass(frozen=True)
-class Ratio(OfDisplacements):
+class Ratio(DisplacementMetric):
     """How far it goes along x for each step along y."""
 
     probe: Annotated[str, "probe", "where it is looked at"]

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
 from softmark.records import dataclass
 
 SOFTMARK = {
@@ -13,7 +13,7 @@ SOFTMARK = {
 
 
 @dataclass(frozen=True)
-class Sway(OfDisplacements):
+class Sway(DisplacementMetric):
     """How far the farthest point of a probe goes sideways."""
 
     probe: Annotated[str, "probe", "where it is looked at"]
@@ -25,7 +25,7 @@ class Sway(OfDisplacements):
 
 
 @dataclass(frozen=True)
-class Lean(OfDisplacements):
+class Lean(DisplacementMetric):
     """How far it leans, which nobody says."""
 
     probe: Annotated[str, "probe", "where it is looked at"]

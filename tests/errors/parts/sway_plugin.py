@@ -2,14 +2,14 @@
 
 from typing import Annotated
 
-from softmark.interpreter.metrics.metric_base import OfDisplacements
+from softmark.interpreter.metrics.metric_base import DisplacementMetric
 from softmark.records import dataclass
 
 SOFTMARK = {"metrics": {"sway": "Sway"}}
 
 
 @dataclass(frozen=True)
-class Sway(OfDisplacements):
+class Sway(DisplacementMetric):
     """How far the farthest point of a probe goes sideways."""
 
     probe: Annotated[str, "probe", "where it is looked at"]

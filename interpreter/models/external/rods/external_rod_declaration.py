@@ -13,7 +13,7 @@ from softmark.interpreter.models.external.problem_transfer import Reason, of_bod
 from softmark.interpreter.models.shared.model_declaration import Model
 from softmark.interpreter.problem.axial_selection import whole
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
-from softmark.interpreter.vocabulary.load_words import AtPoint, PerLength, Routed
+from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad, TendonLoad
 from softmark.records import dataclass
 from softmark.solvers.mesh.shape import Prism
 
@@ -62,7 +62,7 @@ class OutsideRod(Asked):
     remembers = True  # said to be unsupported
     sectional = True
     finely = ("segments",)
-    loads = (*Model.loads, PerLength, Routed)
+    loads = (*Model.loads, LineForce, TendonLoad)
     instead = "`beam6dof(...)` takes all of it"
 
     program: Annotated[Word, "whose solver"]
@@ -106,12 +106,12 @@ class OutsideRod(Asked):
 
     def _of_loads(self, case: Case) -> Iterator[Reason]:
         from softmark.interpreter.models.beam.beam_declaration import station
-        from softmark.interpreter.vocabulary.load_words import PerArea, PerMass
+        from softmark.interpreter.vocabulary.load_words import BodyForce, SurfaceTraction
 
         for load in case.loads:
             action = load.thing.action
-            dead = isinstance(action, PerMass | PerArea | PerLength)
-            if not dead and not (isinstance(action, AtPoint) and station(case, action.at) is not None):
+            dead = isinstance(action, BodyForce | SurfaceTraction | LineForce)
+            if not dead and not (isinstance(action, PointLoad) and station(case, action.at) is not None):
                 yield f"load `{load.name}`", _NODAL
 
     def _of_clamps(self, case: Case) -> Iterator[Reason]:

@@ -9,7 +9,7 @@ from softmark.interpreter.models.imported_results.readers.result_frames import A
 from softmark.interpreter.models.imported_results.result_file import Told
 from softmark.references.measured_data import Unreadable
 from softmark.safe_files import read_regular
-from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parsed
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, parse
 
 DATASET = re.compile(rb"^[ \t]*DATASET[ \t]+(\S+)", re.MULTILINE | re.IGNORECASE)
 
@@ -22,7 +22,7 @@ def read(file: Path) -> Told:
         reason = f"it holds {other.decode('latin-1')[:40]}, no unstructured grid"
         raise Unreadable(file.name, reason, "save it as an unstructured grid")
     try:
-        found = parsed(file)
+        found = parse(file)
     except UnreadableMesh as error:
         raise Unreadable(file.name, str(error), error.remedy or AGAIN) from None
     left = tuple(f"`{word}` of cells" for word in found.cell_data)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import decimals_of, quantity, scale_of
+from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import linear
 from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import REST
@@ -126,7 +126,7 @@ class Lines:
 
     def _place(self, point: Floats) -> str:
         pairs = zip(self.axes, self.plane, strict=True)
-        return ", ".join(f"{axis} {quantity(float(point[i]), 'm', 4)}" for axis, i in pairs)
+        return ", ".join(f"{axis} {format_quantity(float(point[i]), 'm', 4)}" for axis, i in pairs)
 
     def _conclusion(self) -> str:
         said = "; ".join(self.findings.closest(self.probe))
@@ -149,13 +149,13 @@ class Lines:
         """A sentence where the lines leave the plane of the figure."""
         third = ({0, 1, 2} - set(self.plane)).pop()
         depth = float(np.ptp(self.all_points[:, third]))
-        within = quantity(depth, "m", 2)
+        within = format_quantity(depth, "m", 2)
         return f" Out of this plane the lines spread over {within}." if depth > 1e-6 * self.size else ""
 
     def _columns(self) -> list[PlateColumn]:
         """The arc position, and every line in the plane of the figure."""
-        scale = scale_of((self.size,), "m")
-        decimals = decimals_of((self.size,), scale, 6)
+        scale = choose_scale((self.size,), "m")
+        decimals = choose_decimals((self.size,), scale, 6)
         heading = scale.heading("s")
         found = [PlateColumn(heading, (heading,), [(scale.fixed(float(s), decimals),) for s in arc(self.undeformed)])]
         symbols = tuple(scale.heading(axis) for axis in self.axes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softmark.interpreter.language.number_formatting import own_error
+from softmark.interpreter.language.number_formatting import format_reference_error
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import prose, section, tag, text
 from softmark.interpreter.report.run.report_bodies import BodyResults, bodies
@@ -92,7 +92,7 @@ def _meaning(metric: MetricColumn) -> str:
 
 def _source(name: str, reference: ReferenceResult) -> str:
     error, said_kind = reference.estimated_error, worth(reference)
-    own = "" if error is None else f" Its own error is {own_error(error)}."
+    own = "" if error is None else f" Its own error is {format_reference_error(error)}."
     said = str(reference.facts.get("said") or "")
     own += f" {said[:1].upper()}{said[1:]}." if said else ""
     return _defined(name, f"{said_kind[:1].upper()}{said_kind[1:]}: {reference.source}.{own}")

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart
 from softmark.interpreter.report.charts.line_chart import Curve as Drawn
@@ -112,7 +112,9 @@ class Along:
     def desc(self) -> str:
         """The largest of each."""
         up = self.units[1]
-        return "; ".join(f"{n}: at most {quantity(float(c.y.max()), up, 3)}" for n, c in self.curves.items()) + "."
+        return (
+            "; ".join(f"{n}: at most {format_quantity(float(c.y.max()), up, 3)}" for n, c in self.curves.items()) + "."
+        )
 
     def caption(self) -> str:
         """Where it is looked at."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.page.html_markup import section
 from softmark.interpreter.report.run.figures.contact_line_chart import Along, curves_of
@@ -49,7 +49,7 @@ class _Followed(Along):
     def desc(self) -> str:
         """From where to where each goes."""
         unit = self.units[1]
-        ends = (f"{n} from {quantity(float(c.y.min()), unit, 3)} to {quantity(float(c.y.max()), unit, 3)}"
+        ends = (f"{n} from {format_quantity(float(c.y.min()), unit, 3)} to {format_quantity(float(c.y.max()), unit, 3)}"
                 for n, c in self.curves.items())  # fmt: skip
         return "; ".join(ends) + "."
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from softmark.interpreter.language.number_formatting import quantity, scale_of, signed
+from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import linear
 from softmark.interpreter.report.charts.curve_styles import Look, model_look, phase_look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve, sample
@@ -70,8 +70,8 @@ class _Energies:
         total = self.values[SUM]
         drift = float(np.abs(total - total[0]).max())
         largest = max(float(np.ptp(v)) for v in self.values.values())
-        share = f", {signed(f'{100 * drift / largest:.2g} %')} of the largest exchange" if largest > 0 else ""
-        return f"the total changes by up to {quantity(drift, 'J', 2)}{share}"
+        share = f", {typeset_number(f'{100 * drift / largest:.2g} %')} of the largest exchange" if largest > 0 else ""
+        return f"the total changes by up to {format_quantity(drift, 'J', 2)}{share}"
 
     def plate(self, index: int, phases: dict[str, Look]) -> str:
         """The chart of this model."""
@@ -92,10 +92,10 @@ class _Energies:
         return Curve(name, replace(phase, role="model", colour=self.look.colour), points, 1 + index, 1)
 
     def _columns(self) -> list[PlateColumn]:
-        scale = scale_of([float(np.abs(v).max()) for v in self.values.values()], "J")
-        found = [PlateColumn("t / s", ("t / s",), [(signed(f"{self.times[i]:.5g}"),) for i in self.chosen])]
+        scale = choose_scale([float(np.abs(v).max()) for v in self.values.values()], "J")
+        found = [PlateColumn("t / s", ("t / s",), [(typeset_number(f"{self.times[i]:.5g}"),) for i in self.chosen])]
         for name, v in self.values.items():
-            cells = [(signed(f"{v[i] / scale.factor:.5g}"),) for i in self.chosen]
+            cells = [(typeset_number(f"{v[i] / scale.factor:.5g}"),) for i in self.chosen]
             found.append(PlateColumn(name, (scale.heading("E"),), cells))
         return found
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.curve_styles import Look
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
@@ -119,12 +119,16 @@ class _Distribution:
 
     def _words(self, name: str) -> str:
         s = self.samples[name]
-        median, high, most = (quantity(float(np.percentile(s, q)), self.unit, 3) for q in (50, 95, 100))
+        median, high, most = (format_quantity(float(np.percentile(s, q)), self.unit, 3) for q in (50, 95, 100))
         beyond = float((s > self.top).mean())
-        cut = f"; {signed(f'{100 * beyond:.0f} %')} lie beyond the axis and are in the last bar" if beyond > 0 else ""
+        cut = (
+            f"; {typeset_number(f'{100 * beyond:.0f} %')} lie beyond the axis and are in the last bar"
+            if beyond > 0
+            else ""
+        )
         tall = float(self.counts[name].max()) > self.axes[1].high / 100.0
         tip = f"; its highest bar, of {100 * float(self.counts[name].max()):.0f} %, is cut" if tall else ""
-        mean = quantity(float(s.mean()), self.unit, 3)
+        mean = format_quantity(float(s.mean()), self.unit, 3)
         return f"mean {mean}, median {median}, 95 % below {high}, largest {most}{cut}{tip}."
 
     def _under(self, name: str, look: Look, x: Axis, y: Axis) -> str:
@@ -154,8 +158,8 @@ class _Distribution:
         x, _ = self.axes
         factor = self.top / BINS
         heading = x.label.replace(f"distance from {self.metric.against}", "error")
-        middles = [(signed(f"{_in_unit(factor * (i + 0.5), heading, self.unit):.4g}"),) for i in range(BINS)]
-        shares = [(signed(f"{100 * float(c):.3g}"),) for c in self.counts[name]]
+        middles = [(typeset_number(f"{_in_unit(factor * (i + 0.5), heading, self.unit):.4g}"),) for i in range(BINS)]
+        shares = [(typeset_number(f"{100 * float(c):.3g}"),) for c in self.counts[name]]
         return [PlateColumn(heading, (heading,), middles), PlateColumn(name, ("points / %",), shares)]
 
     def _csv(self, name: str) -> str:
@@ -190,7 +194,7 @@ def _in_unit(value: float, heading: str, unit: str) -> float:
     from softmark.interpreter.language import units
 
     shown = heading.partition(" / ")[2] or unit
-    return value / units.parse(shown).factor
+    return value / units.parse_unit(shown).factor
 
 
 def _stroke(kind: str, at: float) -> str:

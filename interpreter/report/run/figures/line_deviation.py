@@ -7,7 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import decimals_of, own_error, quantity, scale_of, signed
+from softmark.interpreter.language.number_formatting import (
+    choose_decimals,
+    choose_scale,
+    format_quantity,
+    format_reference_error,
+    typeset_number,
+)
 from softmark.interpreter.report.charts.chart_axes import linear, logarithmic
 from softmark.interpreter.report.charts.curve_labels import LETTER, Point
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
@@ -101,19 +107,19 @@ class _Pair:
             yield Curve(name, look[name], points, column, named=name in open_)
 
     def _desc(self) -> str:
-        worst = "; ".join(f"{n} up to {quantity(float(d.max()), 'm', 3)}" for n, d in self.distances.items())
+        worst = "; ".join(f"{n} up to {format_quantity(float(d.max()), 'm', 3)}" for n, d in self.distances.items())
         return f"{self._ranking()} Largest distances: {worst}."
 
     def _ranking(self) -> str:
         largest = {n: float(d.max()) for n, d in self.distances.items()}
         least, most = min(largest, key=lambda n: largest[n]), max(largest, key=lambda n: largest[n])
-        said = f"`{least}` stays within {quantity(largest[least], 'm', 3)} of `{self.reference}`"
-        rest = f", `{most}` departs by up to {quantity(largest[most], 'm', 3)}." if most != least else "."
+        said = f"`{least}` stays within {format_quantity(largest[least], 'm', 3)} of `{self.reference}`"
+        rest = f", `{most}` departs by up to {format_quantity(largest[most], 'm', 3)}." if most != least else "."
         return said + rest
 
     def _caption(self, open_: Sequence[str]) -> str:
         own = self.findings.report.references[self.reference].estimated_error
-        error = "" if own is None else f" Its own error is {own_error(own)}."
+        error = "" if own is None else f" Its own error is {format_reference_error(own)}."
         hidden = any(bool(((d[1:] > 0.0) & (d[1:] < self._floor)).any()) for d in self.distances.values())
         cut = " Distances that are mere rounding are not drawn." if hidden else ""
         shown = crowded(len(self.distances), len([n for n in open_ if n in self.distances]))
@@ -122,13 +128,13 @@ class _Pair:
 
     def _columns(self) -> list[PlateColumn]:
         s = arc(self.known.points)
-        along, across = scale_of((float(s[-1]),), "m"), scale_of((self.largest,), "m")
-        decimals, heading = decimals_of((float(s[-1]),), along, 6), across.heading("distance")
+        along, across = choose_scale((float(s[-1]),), "m"), choose_scale((self.largest,), "m")
+        decimals, heading = choose_decimals((float(s[-1]),), along, 6), across.heading("distance")
         found = [
             PlateColumn(along.heading("s"), (along.heading("s"),), [(along.fixed(float(v), decimals),) for v in s])
         ]
         for name, distance in self.distances.items():
-            cells = [(signed(f"{float(d) / across.factor:.4g}"),) for d in distance]
+            cells = [(typeset_number(f"{float(d) / across.factor:.4g}"),) for d in distance]
             found.append(PlateColumn(name, (heading,), cells))
         return found
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.figure_frame import plate
@@ -115,7 +115,7 @@ class _Measured:
             yield Curve(name, known[name], points, 1 + i, 1, named=name in open_)
 
     def _said(self, value: float) -> str:
-        return quantity(value, self.drawn.units[1], 3)
+        return format_quantity(value, self.drawn.units[1], 3)
 
     def _desc(self) -> str:
         ends = (f"{n} from {self._said(float(c.y[0]))} to {self._said(float(c.y[-1]))}" for n, c in self.seen.items())

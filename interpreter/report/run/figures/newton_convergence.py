@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import groupby
 
-from softmark.interpreter.language.number_formatting import signed
+from softmark.interpreter.language.number_formatting import typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic, whole
 from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import Look, phase_look
@@ -72,7 +72,7 @@ class _Course:
         """How it ended."""
         end = self.rows[-1].residual
         outcome = f"{self.model.status.replace('_', ' ')}, {count(self.iterations, 'iteration')}"
-        reached = "" if end is None else f", residual {signed(f'{end:.2g}')}"
+        reached = "" if end is None else f", residual {typeset_number(f'{end:.2g}')}"
         lost = sum(step.residual is None for step in self.steps)
         crosses = f"; {count(lost, 'residual')} not finite, marked at the top" if lost else ""
         return outcome + reached + crosses + (f"; the last {len(self.steps)} are drawn" if self.first else "")
@@ -159,11 +159,11 @@ def _columns(course: _Course) -> list[PlateColumn]:
 
 
 def _number(value: float | None) -> str:
-    return "–" if value is None else signed(f"{value:.3g}")
+    return "–" if value is None else typeset_number(f"{value:.3g}")
 
 
 def _percent(value: float | None) -> str:
-    return "–" if value is None else signed(f"{value * 100:.4g} %")
+    return "–" if value is None else typeset_number(f"{value * 100:.4g} %")
 
 
 def _save(course: _Course) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from softmark.interpreter.language.number_formatting import quantity, scale_of, signed
+from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic
 from softmark.interpreter.report.charts.curve_labels import LETTER
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
@@ -139,14 +139,14 @@ def _verdict(known: Mapping[str, Any]) -> str:
 
 def _margin(known: Mapping[str, Any]) -> str:
     """`13 % of 40 ms to spare`, `takes 2.6 times 10 ms`, or why it is too slow whatever it takes."""
-    limit, margin = quantity(known["limit_s"], "s", 3), known.get("margin")
+    limit, margin = format_quantity(known["limit_s"], "s", 3), known.get("margin")
     if margin is None or (not known["verdict"] and margin >= 0):
         return str(known.get("verdict_reason") or "")
     return f"{100 * margin:.3g} % of {limit} to spare" if margin >= 0 else f"takes {1 - margin:.3g} times {limit}"
 
 
 def _seconds(value: float | None) -> str:
-    return "–" if value is None else quantity(value, "s", 3)
+    return "–" if value is None else format_quantity(value, "s", 3)
 
 
 @dataclass(frozen=True)
@@ -245,10 +245,12 @@ class _Strips:
         )
 
     def _columns(self) -> list[PlateColumn]:
-        scale = scale_of([t[-1] for t in self.times.values()], "s")
+        scale = choose_scale([t[-1] for t in self.times.values()], "s")
         heads = tuple(scale.heading(w) for w in ("least", "25 %", "median", "75 %", "95 %", "99 %", "worst"))
         shares = (0.0, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
-        cells = [tuple(signed(f"{_quantile(t, q) / scale.factor:.4g}") for q in shares) for t in self.times.values()]
+        cells = [
+            tuple(typeset_number(f"{_quantile(t, q) / scale.factor:.4g}") for q in shares) for t in self.times.values()
+        ]
         names = [(n,) for n in self.times]
         return [PlateColumn("model", ("model",), names), PlateColumn("time of a frame", heads, cells)]
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 
-from softmark.interpreter.language.number_formatting import grouped, quantity, scale_of, signed
+from softmark.interpreter.language.number_formatting import choose_scale, format_quantity, group_digits, typeset_number
 from softmark.interpreter.report.charts.chart_axes import Axis, logarithmic
 from softmark.interpreter.report.charts.curve_labels import Point
 from softmark.interpreter.report.charts.curve_styles import model_look
@@ -117,7 +117,7 @@ class _Varied:
             yield Curve(family, model_look(i), points, 1 + 3 * i, 3, every=1, named=False)
 
     def _amount(self, error: float) -> str:
-        return quantity(error, self.metric.unit, 3, percent=True)
+        return format_quantity(error, self.metric.unit, 3, percent=True)
 
     def _words(self) -> str:
         """From where to where every line goes."""
@@ -151,12 +151,12 @@ class _Varied:
 
     def _columns(self) -> list[PlateColumn]:
         errors = [e for line in self.lines.values() for _, _, e in line]
-        scale = scale_of(errors, self.metric.unit, True)
+        scale = choose_scale(errors, self.metric.unit, True)
         longest = max(len(line) for line in self.lines.values())
         found = [PlateColumn("member", ("member",), [(str(i + 1),) for i in range(longest)])]
         heads = ("model", self.symbol, scale.heading(self.metric.name))
         for family, line in self.lines.items():
-            cells = [(n, self.said(v), signed(f"{e / scale.factor:.4g}")) for n, v, e in line]
+            cells = [(n, self.said(v), typeset_number(f"{e / scale.factor:.4g}")) for n, v, e in line]
             found.append(PlateColumn(family, heads, cells))
         return found
 
@@ -182,7 +182,7 @@ def _errors(errors: list[float], name: str, unit: str) -> Axis:
     between = (1, 2, 5) if decades < 3 else (1,)
     values = [m * 10.0**k for k in range(low, high + 1) for m in between]
     within = [v for v in values if axis.low * 0.999 <= v <= axis.high * 1.001]
-    return replace(axis, ticks=tuple((v, quantity(v, unit, 3, percent=True)) for v in within))
+    return replace(axis, ticks=tuple((v, format_quantity(v, unit, 3, percent=True)) for v in within))
 
 
 class _Sizes(_Varied):
@@ -192,14 +192,14 @@ class _Sizes(_Varied):
     ends = ("on the coarsest meshes", "on the finest")
 
     def said(self, value: float) -> str:
-        return grouped(int(value))
+        return group_digits(int(value))
 
     @property
     def across(self) -> Axis:
         values = [v for line in self.lines.values() for _, v, _ in line]
         low, high = min(values) / 1.15, max(values) * 1.15
         steps = [m * 10**k for k in range(12) for m in ((1, 2, 3, 5, 7) if high < 12 * low else (1, 2, 5))]
-        ticks = tuple((float(n), grouped(n)) for n in steps if low <= n <= high)
+        ticks = tuple((float(n), group_digits(n)) for n in steps if low <= n <= high)
         return Axis(low, high, "unknowns", ticks, log=True)
 
 
@@ -220,5 +220,5 @@ class _Ratios(_Varied):
         values = sorted({v for line in self.lines.values() for _, v, _ in line})
         low, high = self.at(values[0]), self.at(values[-1])
         edge = 0.05 * (high - low) or 0.5
-        ticks = tuple((self.at(v), signed(self.said(v))) for v in values)
+        ticks = tuple((self.at(v), typeset_number(self.said(v))) for v in values)
         return Axis(low - edge, high + edge, "Poisson's ratio (spread as log of 1 − 2ν)", ticks)

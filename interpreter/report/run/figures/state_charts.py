@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 
-from softmark.interpreter.language.number_formatting import decimals_of, negligible, quantity, scale_of
+from softmark.interpreter.language.number_formatting import (
+    choose_decimals,
+    choose_scale,
+    format_quantity,
+    is_negligible,
+)
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart
 from softmark.interpreter.report.charts.line_chart import Curve as Drawn
@@ -79,7 +84,7 @@ class _Metric:
         largest = max(abs(low), abs(high))
         low = min(0.0, low) if low <= 0.25 * high or low < 0.0 else low
         margin = 0.06 * (high - low if high - low > ROUNDING * largest else largest) or 1e-9
-        if negligible(largest, 0.0, self.metric.unit, self.findings.moved):  # whose digits are not worth an axis
+        if is_negligible(largest, 0.0, self.metric.unit, self.findings.moved):  # whose digits are not worth an axis
             low, high, margin = 0.0, 0.0, 1.0
         first, last = min(self.states), max(self.states)
         wide = last - first or 1.0
@@ -91,7 +96,7 @@ class _Metric:
         return x, linear(low - (margin if low else 0.0), high + margin, self.metric.name, self.metric.unit, 6)
 
     def _said(self, value: float) -> str:
-        return quantity(value, self.metric.unit, 3, percent=self.metric.percent)
+        return format_quantity(value, self.metric.unit, 3, percent=self.metric.percent)
 
     def _desc(self) -> str:
         ends = (f"{n} from {self._said(c.known[0][1])} to {self._said(c.known[-1][1])}" for n, c in self.curves.items())
@@ -105,9 +110,9 @@ class _Metric:
         return f"`{self.metric.name}` in {count(len(self.states), 'state')}{summary}{gaps}"
 
     def _columns(self) -> list[PlateColumn]:
-        values = [0.0 if negligible(v, 0.0, self.metric.unit, self.findings.moved) else v for v in self.values]
-        scale = scale_of(values, self.metric.unit, self.metric.percent)
-        decimals = decimals_of(values, scale, 6)
+        values = [0.0 if is_negligible(v, 0.0, self.metric.unit, self.findings.moved) else v for v in self.values]
+        scale = choose_scale(values, self.metric.unit, self.metric.percent)
+        decimals = choose_decimals(values, scale, 6)
         found = [PlateColumn("state", ("state",), [(percent(s),) for s in self.states])]
         for name, curve in self.curves.items():
             cells = [("–" if v is None else scale.fixed(v, decimals),) for v in curve.values]
@@ -143,4 +148,6 @@ def lines(findings: Findings) -> Iterator[str]:
 
 
 def _short(value: float, metric: MetricColumn, moved: float) -> str:
-    return "0" if negligible(value, 0.0, metric.unit, moved) else quantity(value, metric.unit, 4, percent=True)
+    return (
+        "0" if is_negligible(value, 0.0, metric.unit, moved) else format_quantity(value, metric.unit, 4, percent=True)
+    )

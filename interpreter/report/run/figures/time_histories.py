@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import decimals_of, quantity, scale_of
+from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale, format_quantity
 from softmark.interpreter.report.charts.chart_axes import Axis, linear
 from softmark.interpreter.report.charts.line_chart import Chart, Curve
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
@@ -142,12 +142,12 @@ class Course:
 
     def _columns(self) -> list[PlateColumn]:
         time, own = (
-            scale_of((float(self.moments[-1]),), "s"),
-            scale_of([_largest(v) for v in self.values.values()], "m"),
+            choose_scale((float(self.moments[-1]),), "s"),
+            choose_scale([_largest(v) for v in self.values.values()], "m"),
         )
         decimals, places = (
-            decimals_of((float(self.moments[-1]),), time, 6),
-            decimals_of((own.factor * 100,), own, 6),
+            choose_decimals((float(self.moments[-1]),), time, 6),
+            choose_decimals((own.factor * 100,), own, 6),
         )
         heading = time.heading("t")
         found = [PlateColumn(heading, (heading,), [(time.fixed(float(t), decimals),) for t in self.moments])]
@@ -172,7 +172,7 @@ class Course:
 
 
 def _said(value: float) -> str:
-    return quantity(float(value), "m", 3)
+    return format_quantity(float(value), "m", 3)
 
 
 def _largest(values: Floats) -> float:
@@ -197,4 +197,4 @@ def _events(findings: Findings) -> str:
 
 
 def _when(time: object) -> str:
-    return tag("td", text(quantity(float(time), "s", 4)) if isinstance(time, (int, float)) else "–", class_="n")
+    return tag("td", text(format_quantity(float(time), "s", 4)) if isinstance(time, (int, float)) else "–", class_="n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language.number_formatting import rounded
+from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.report.page.html_markup import prose, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.table_section import by_thing, newtons, pressing, row_head, table_section
@@ -39,18 +39,24 @@ def _row(contact: str, model: str, own: Touched) -> str:
     touch = own.touch
     said = []
     if touch.left:
-        said.append(f"a gap of {units.show(rounded(touch.left, 2), units.LENGTH)} is left where it presses")
+        said.append(
+            f"a gap of {units.format_value(round_significant(touch.left, 2), units.LENGTH)} is left where it presses"
+        )
     if own.overlap:
-        said.append(f"facets cut in by up to {units.show(rounded(own.overlap, 2), units.LENGTH)} between their nodes")
+        said.append(
+            f"facets cut in by up to {units.format_value(round_significant(own.overlap, 2), units.LENGTH)} between their nodes"
+        )
     if own.taken is not None and abs(1.0 - own.taken) > MISSED:
         said.append(f"its facets are {100.0 * own.taken:.4g} % of what it selects")
     if own.beyond is not None:
-        said.append(f"too few cells touch: the force is {rounded(own.beyond, 2):g} times area and largest pressure")
+        said.append(
+            f"too few cells touch: the force is {round_significant(own.beyond, 2):g} times area and largest pressure"
+        )
     cells = (
         newtons(own.reaction.force, ROUNDING) if touch.area else "none",
         _area(touch.area),
-        units.show(rounded(touch.pressure, DIGITS), units.PRESSURE),
-        NOTHING if touch.gap is None else units.show(rounded(touch.gap, DIGITS), units.LENGTH),
+        units.format_value(round_significant(touch.pressure, DIGITS), units.PRESSURE),
+        NOTHING if touch.gap is None else units.format_value(round_significant(touch.gap, DIGITS), units.LENGTH),
     )
     return tag("tr", *(row_head(contact), tag("td", tag("code", text(model)))), *(tag("td", text(c)) for c in cells),
                tag("td", prose("; ".join(said) or NOTHING)))  # fmt: skip
@@ -58,7 +64,7 @@ def _row(contact: str, model: str, own: Touched) -> str:
 
 def _area(area: float) -> str:
     """To four digits."""
-    return units.show(rounded(area, DIGITS), units.AREA)
+    return units.format_value(round_significant(area, DIGITS), units.AREA)
 
 
 def lines(report: Report) -> Iterator[str]:
@@ -67,14 +73,18 @@ def lines(report: Report) -> Iterator[str]:
         for model, own in each.items():
             if not own.touch.pressure:
                 gap = own.touch.gap
-                left = "" if gap is None else f": {units.show(rounded(gap, DIGITS), units.LENGTH)} are left"
+                left = (
+                    ""
+                    if gap is None
+                    else f": {units.format_value(round_significant(gap, DIGITS), units.LENGTH)} are left"
+                )
                 yield f"{contact} does not touch in {model}{left}"
                 continue
             force = pressing(own.reaction.force, DIGITS, ROUNDING)
             if own.beyond is not None:
                 yield f"{contact} presses with {force} in {model}, on too few cells for an area or a pressure"
                 continue
-            most = units.show(rounded(own.touch.pressure, DIGITS), units.PRESSURE)
+            most = units.format_value(round_significant(own.touch.pressure, DIGITS), units.PRESSURE)
             yield f"{contact} presses with {force} on {_area(own.touch.area)}, {most} at most, in {model}"
     yield from _travels(report)
 
@@ -87,5 +97,5 @@ def _travels(report: Report) -> Iterator[str]:
             if model.status != "converged" or way is None or not any(way):
                 continue
             along = max(range(3), key=lambda i: abs(way[i]))
-            far = units.show(rounded(abs(way[along]), DIGITS), units.LENGTH)
+            far = units.format_value(round_significant(abs(way[along]), DIGITS), units.LENGTH)
             yield f"{body} goes {far} along {'-' if way[along] < 0.0 else '+'}{'xyz'[along]} in {name}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from softmark.interpreter.language.number_formatting import decimals_of, scale_of
+from softmark.interpreter.language.number_formatting import choose_decimals, choose_scale
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link, short
 from softmark.interpreter.report.page.figure_frame import PlateColumn
 from softmark.interpreter.results.run_report import SeenCurve
@@ -16,14 +16,14 @@ def columns(curves: Mapping[str, SeenCurve], units: tuple[str, str]) -> list[Pla
     """x of the curve with most points, and y of every curve there."""
     first = max(curves.values(), key=lambda c: len(c.x))
     every = -(-len(first.x) // ROWS)
-    across = scale_of([float(first.x.max())], units[0])
-    up = scale_of([float(abs(c.y).max()) for c in curves.values()], units[1])
+    across = choose_scale([float(first.x.max())], units[0])
+    up = choose_scale([float(abs(c.y).max()) for c in curves.values()], units[1])
     x = first.x[::every].tolist()
-    places = decimals_of(x, across, 6)
+    places = choose_decimals(x, across, 6)
     found = [PlateColumn(across.heading("x"), (across.heading("x"),), [(across.fixed(v, places),) for v in x])]
     for name, curve in curves.items():
         y = _each_at(curve, first.x.tolist())[::every]
-        places = decimals_of([v for v in y if v is not None], up, 6)
+        places = choose_decimals([v for v in y if v is not None], up, 6)
         shown = [("–" if v is None else up.fixed(v, places),) for v in y]
         found.append(PlateColumn(name, (up.heading("y"),), shown))
     return found

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.results.run_report import MetricResult, ModelResult, Report
 
 SEVERAL = 5  # names that a line lists
@@ -28,7 +28,7 @@ def words(model: ModelResult) -> str | None:
 
 def amount(value: float, unit: str = "1", of: float | None = None) -> str:
     """Return an error at two digits; it is at least `DIGITS` of the number `of` that it belongs to."""
-    shown: str = quantity(max(value, DIGITS * abs(of or 0.0)), unit, 2, percent=True)
+    shown: str = format_quantity(max(value, DIGITS * abs(of or 0.0)), unit, 2, percent=True)
     return shown
 
 
@@ -43,11 +43,11 @@ NOT_ASKED = "`--stated` does"  # in the reason of what would cost something
 
 def beside(value: float, found: MetricResult) -> str:
     """`± 0.05`: how far the number of a metric may be off, in the unit that it is shown in."""
-    dimension = units.parse(found.unit).dimension
+    dimension = units.parse_unit(found.unit).dimension
     if dimension == units.NONE:
         return f"± {_two(100.0 * value)}"
-    unit = units.show(float(f"{found.value or 0.0:.6g}"), dimension).partition(" ")[2]
-    shown = value / units.parse(unit).factor if unit else 0.0
+    unit = units.format_value(float(f"{found.value or 0.0:.6g}"), dimension).partition(" ")[2]
+    shown = value / units.parse_unit(unit).factor if unit else 0.0
     return f"± {_two(shown)}" if LEAST <= shown < MOST else f"± {amount(value, found.unit, found.value)}"
 
 

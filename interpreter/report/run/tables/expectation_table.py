@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.html_markup import count, prose, section, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.results.run_report import ExpectationResult, Warned
@@ -63,7 +63,7 @@ def _place(line: int, lines: Container[int]) -> str:
 def _value(e: ExpectationResult) -> str:
     if e.value is None:
         return "–"
-    return tag("data", text(quantity(e.value, e.unit, 4, percent="%" in e.text)), value=repr(float(e.value)))
+    return tag("data", text(format_quantity(e.value, e.unit, 4, percent="%" in e.text)), value=repr(float(e.value)))
 
 
 def warnings(findings: Findings) -> str:

@@ -14,7 +14,7 @@ LEAD = (
     "Volume of the mesh and of the surface that it fills; how far its boundary goes from the surface, and the surface "
     "from it (the two halves of the Hausdorff distance); the worst and the median cell (1 is a regular tetrahedron)."
 )
-VOLUME: units.Dimension = units.power(units.LENGTH, 3)
+VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
 
 
 def section_of(findings: Findings) -> str:
@@ -26,9 +26,11 @@ def section_of(findings: Findings) -> str:
 
 def _row(name: str, own: Mapping[str, Any]) -> str:
     has, off = own["mesh_m3"], 100 * (own["mesh_m3"] / own["surface_m3"] - 1.0)
-    ways = [units.show(float(f"{own[key]:.3g}"), units.LENGTH) for key in ("mesh_to_surface_m", "surface_to_mesh_m")]
+    ways = [
+        units.format_value(float(f"{own[key]:.3g}"), units.LENGTH) for key in ("mesh_to_surface_m", "surface_to_mesh_m")
+    ]
     words = (
-        f"{units.show(float(f'{has:.5g}'), VOLUME)}, {off:+.2g} % of the surface's{_missed(own)}",
+        f"{units.format_value(float(f'{has:.5g}'), VOLUME)}, {off:+.2g} % of the surface's{_missed(own)}",
         f"{ways[0]} and {ways[1]}",
         f"{own['quality']:.2g} and {own['median_quality']:.2g}",
         "; ".join(own["repairs"]) or "nothing",

@@ -15,7 +15,7 @@ LEAD = (
 WORD = "frequency"  # the metric that asks
 MOST = 40  # modes that are shown
 NOTHING = "\N{EN DASH}"
-HERTZ: units.Dimension = units.power(units.TIME, -1)
+HERTZ: units.Dimension = units.raise_dimension(units.TIME, -1)
 
 
 def section_of(findings: Findings) -> str:
@@ -47,5 +47,5 @@ def _known(findings: Findings) -> dict[str, list[float]]:
 
 
 def _row(i: int, tones: list[float | None]) -> str:
-    cells = [NOTHING if t is None else units.show(float(f"{t:.5g}"), HERTZ) for t in tones]
+    cells = [NOTHING if t is None else units.format_value(float(f"{t:.5g}"), HERTZ) for t in tones]
     return tag("tr", tag("th", text(str(i + 1)), scope="row"), *(tag("td", text(c), class_="n") for c in cells))

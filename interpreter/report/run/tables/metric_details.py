@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from softmark.interpreter.language.number_formatting import grouped, quantity
+from softmark.interpreter.language.number_formatting import format_quantity, group_digits
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.figure_frame import details
 from softmark.interpreter.report.page.html_markup import prose, tag, text
@@ -82,10 +82,10 @@ def _cell(key: str, value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
-        return grouped(value)
+        return group_digits(value)
     if isinstance(value, float):
         unit = unit_of(key)
-        return quantity(value, unit or "1", 4, percent=unit == "1")
+        return format_quantity(value, unit or "1", 4, percent=unit == "1")
     return ", ".join(str(v) for v in value) if isinstance(value, (list, tuple)) else str(value)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from softmark.interpreter.language.number_formatting import Scale, decimals_of, quantity, scale_of
+from softmark.interpreter.language.number_formatting import Scale, choose_decimals, choose_scale, format_quantity
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import listed, prose, tag, text
 from softmark.interpreter.report.run.tables.line_probes import AXES
@@ -17,10 +17,10 @@ def point_table(probe: str, seen: Mapping[str, ProbeResult]) -> str:
     """Displacement and position of the point, by model and reference."""
     numbers = {name: _numbers(p) for name, p in seen.items()}
     every = [v for row in numbers.values() for v in row]
-    scale = scale_of(every, "m")
-    decimals = decimals_of(every, scale, 6)
+    scale = choose_scale(every, "m")
+    decimals = choose_decimals(every, scale, 6)
     rows = [_row(name, [scale.fixed(v, decimals) for v in row]) for name, row in numbers.items()]
-    at = listed([quantity(float(v), "m", 4) for v in next(iter(seen.values())).points[0]])
+    at = listed([format_quantity(float(v), "m", 4) for v in next(iter(seen.values())).points[0]])
     words = f"Probe `{probe}`: the point that was at {at}; u is its displacement, x y z where it is now."
     caption = tag("caption", tag("span", prose(words)))
     table = tag("table", caption, tag("thead", _head(scale)), tag("tbody", *rows))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from softmark.interpreter.language.number_formatting import Scale, decimals_of, scale_of, signed
+from softmark.interpreter.language.number_formatting import Scale, choose_decimals, choose_scale, typeset_number
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import listed, prose, section, tag, text
 from softmark.interpreter.report.run.report_summary import Findings, MetricColumn, value_of
@@ -96,8 +96,8 @@ class _Pairs:
     def _scale(self, metric: MetricColumn) -> tuple[Scale, int]:
         values = [value_of(m, metric.name) for m in self.rows.values()]
         values += [_published(m, metric) for m in self.rows.values()]
-        scale = scale_of(values, metric.unit, metric.percent)
-        return scale, decimals_of(values, scale, 4)
+        scale = choose_scale(values, metric.unit, metric.percent)
+        return scale, choose_decimals(values, scale, 4)
 
     def _head(self, metric: MetricColumn, scale: Scale) -> str:
         name = tag("a", tag("code", text(metric.name)), href=f"#L{metric.line}") if metric.line else text(metric.name)
@@ -142,4 +142,4 @@ def _number(value: float | None, scale: Scale, decimals: int) -> str:
 
 
 def _percent(share: float) -> str:
-    return text(("+" if share > 0 else "") + signed(f"{100 * share:.0f} %"))
+    return text(("+" if share > 0 else "") + typeset_number(f"{100 * share:.0f} %"))

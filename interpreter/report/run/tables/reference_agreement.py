@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.run.report_summary import Findings, worth
 
 SEVERAL = 6  # names that a line lists
@@ -27,10 +27,12 @@ def _band(facts: Mapping[str, Any]) -> list[str]:
     if "value" not in facts:
         return []
     unit = facts["unit"]
-    value = quantity(facts["value"], unit, 5)
+    value = format_quantity(facts["value"], unit, 5)
     if "low" in facts:
-        return [f"{value} in {quantity(facts['low'], unit, 5)} to {quantity(facts['high'], unit, 5)}"]
-    return [f"{value} ± {quantity(facts['uncertainty'], unit, 3)}" if facts["uncertainty"] else f"{value}, exactly"]
+        return [f"{value} in {format_quantity(facts['low'], unit, 5)} to {format_quantity(facts['high'], unit, 5)}"]
+    return [
+        f"{value} ± {format_quantity(facts['uncertainty'], unit, 3)}" if facts["uncertainty"] else f"{value}, exactly"
+    ]
 
 
 def _verdicts(findings: Findings, name: str) -> Iterator[str]:

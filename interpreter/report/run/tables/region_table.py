@@ -14,8 +14,8 @@ from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.report.run.tables.table_section import by_thing, row_head, table_section
 
 LEAD = "The volume of every part with a material of its own, and that of the cells that have it."
-VOLUME: units.Dimension = units.power(units.LENGTH, 3)
-AREA: units.Dimension = units.power(units.LENGTH, 2)
+VOLUME: units.Dimension = units.raise_dimension(units.LENGTH, 3)
+AREA: units.Dimension = units.raise_dimension(units.LENGTH, 2)
 WHOLE = "Volume and surface of the body, exactly, and of the mesh, whose facets are inscribed in curved sides."
 SAME = 1e-12  # relative: what rounding leaves
 VARYING = "Every constant of a material that varies in space: its least, largest and mean values on a mesh."
@@ -31,7 +31,7 @@ def section_of(findings: Findings) -> str:
 
 
 def _row(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
-    asked = units.show(float(f"{max(v['asked_m3'] for v in own.values()):.5g}"), VOLUME)
+    asked = units.format_value(float(f"{max(v['asked_m3'] for v in own.values()):.5g}"), VOLUME)
     cells = (tag("td", text(asked)), tag("td", prose(_taken(own))))
     return tag("tr", row_head(name), *cells)
 
@@ -63,7 +63,7 @@ def _compared(own: Mapping[str, float]) -> tuple[tuple[float, float, units.Dimen
 def _cell(one: tuple[float, float, units.Dimension]) -> str:
     exact, has, dimension = one
     off = has / exact - 1.0
-    shown = units.show(float(f"{exact:.6g}"), dimension)
+    shown = units.format_value(float(f"{exact:.6g}"), dimension)
     return tag("td", prose(f"{shown}, the mesh has " + ("it all" if abs(off) < SAME else f"{100 * off:+.2g} %")))
 
 
@@ -77,7 +77,7 @@ def _constant(name: str, own: Mapping[str, Mapping[str, Any]]) -> str:
     dimension = DIMENSIONS.get(name.rpartition(".")[2], units.NONE)
     least, most = min(v["least"] for v in own.values()), max(v["most"] for v in own.values())
     mean = next(iter(own.values()))["mean"]
-    low, high, middle = (units.show(float(f"{v:.5g}"), dimension) for v in (least, most, mean))
+    low, high, middle = (units.format_value(float(f"{v:.5g}"), dimension) for v in (least, most, mean))
     resolved = prose("; ".join(map(_resolved, own, own.values())))
     return tag("tr", row_head(name), tag("td", text(f"{low} to {high}")), tag("td", text(middle)), tag("td", resolved))
 

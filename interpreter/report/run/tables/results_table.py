@@ -9,12 +9,12 @@ from itertools import groupby
 
 from softmark.interpreter.language.number_formatting import (
     Scale,
-    decimals_of,
-    grouped,
-    negligible,
-    quantity,
-    scale_of,
-    signed,
+    choose_decimals,
+    choose_scale,
+    format_quantity,
+    group_digits,
+    is_negligible,
+    typeset_number,
 )
 from softmark.interpreter.report.page.html_markup import count, listed, prose, tag, text
 from softmark.interpreter.report.run.report_bodies import BodyResults
@@ -153,8 +153,8 @@ class ResultsTable:
         found = {}
         for metric in self.columns:
             values = self.values[metric.name]
-            scale = scale_of(values, metric.unit, metric.percent)
-            found[metric.name] = scale, decimals_of(values, scale, 4 if metric.is_error else 5)
+            scale = choose_scale(values, metric.unit, metric.percent)
+            found[metric.name] = scale, choose_decimals(values, scale, 4 if metric.is_error else 5)
         return found
 
     @cached_property
@@ -217,7 +217,9 @@ class ResultsTable:
         if metric.clock and "verdict" in found.details:
             return _verdict(bool(found.details["verdict"])) + shown
         if not found.meaningful:
-            shown += self.notes.dagger(metric.name, quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True))
+            shown += self.notes.dagger(
+                metric.name, format_quantity(found.uncertainty or 0.0, metric.unit, 3, percent=True)
+            )
         if found.doubt:
             shown += self.notes.double(found.doubt)
         if isinstance(result, ModelResult) and name in self.findings.best(metric):
@@ -230,7 +232,7 @@ class ResultsTable:
         error = stated_of(result, metric)
         if error is None:
             return ""
-        own = f"\u00a0±\u00a0{signed(f'{error / self.scales[metric.name][0].factor:.2g}')}"
+        own = f"\u00a0±\u00a0{typeset_number(f'{error / self.scales[metric.name][0].factor:.2g}')}"
         return tag("small", tag("data", text(own), value=repr(error)), class_="stated")
 
     def _text(self, value: float, metric: MetricColumn) -> str:
@@ -238,9 +240,9 @@ class ResultsTable:
         scale, decimals = self.scales[metric.name]
         if metric.clock:
             own = value / scale.factor
-            return signed(f"{own:.0f}" if abs(own) >= 100 else f"{own:.3g}")
+            return typeset_number(f"{own:.0f}" if abs(own) >= 100 else f"{own:.3g}")
         largest = max((abs(v) for v in self.values[metric.name]), default=0.0)
-        return "0" if negligible(value, largest, metric.unit, self.findings.moved) else scale.text(value, decimals)
+        return "0" if is_negligible(value, largest, metric.unit, self.findings.moved) else scale.text(value, decimals)
 
     def _reason(self, name: str, result: Result, metric: MetricColumn) -> str:
         found = result.metrics.get(metric.name)
@@ -297,7 +299,7 @@ def _differ(cpu: float, wall: float) -> bool:
 
 def _range(low: float, high: float) -> str:
     """`[14.2–15.9 ms]`: the unit once if it is the same."""
-    first, last = quantity(low, "s", 3), quantity(high, "s", 3)
+    first, last = format_quantity(low, "s", 3), format_quantity(high, "s", 3)
     if first.split("\u00a0")[1:] == last.split("\u00a0")[1:]:
         first = first.split("\u00a0")[0]
     return "[" + tag("data", text(first), value=repr(low)) + "–" + tag("data", text(last), value=repr(high)) + "]"
@@ -331,12 +333,12 @@ def _heading(metric: MetricColumn) -> str:
 
 def number(n: int) -> str:
     """A whole number, with its value for machines."""
-    return tag("data", grouped(n), value=str(n))
+    return tag("data", group_digits(n), value=str(n))
 
 
 def seconds(value: float) -> str:
     """A time with three digits, with its value for machines."""
-    return tag("data", text(quantity(value, "s", 3)), value=repr(float(value)))
+    return tag("data", text(format_quantity(value, "s", 3)), value=repr(float(value)))
 
 
 def _small(markup: str) -> str:  # with a space: a notebook that is not trusted is shown without any style

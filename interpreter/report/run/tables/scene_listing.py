@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from softmark.interpreter.language.number_formatting import quantity
+from softmark.interpreter.language.number_formatting import format_quantity
 from softmark.interpreter.report.page.html_markup import section, tag, text
 from softmark.interpreter.report.run.report_summary import Findings
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
@@ -87,4 +87,4 @@ def _value(value: Any, unit: str) -> str:
         return "(" + ", ".join(_value(v, unit) for v in value) + ")"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
-    return quantity(float(value), unit)
+    return format_quantity(float(value), unit)

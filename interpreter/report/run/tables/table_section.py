@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from softmark.interpreter.language import units
-from softmark.interpreter.language.number_formatting import rounded
+from softmark.interpreter.language.number_formatting import round_significant
 from softmark.interpreter.report.page.html_markup import section, tag, text
 
 T = TypeVar("T")
@@ -41,12 +41,16 @@ def newtons(vector: Sequence[float], rounding: float, largest: float = 0.0) -> s
 
 def _components(vector: Sequence[float], digits: int, nothing: float) -> str:
     """Components in N, those of no more than `nothing` as none."""
-    return units.show_all([0.0 if abs(c) <= nothing else rounded(c, digits) for c in vector], units.FORCE)
+    return units.format_vector(
+        [0.0 if abs(c) <= nothing else round_significant(c, digits) for c in vector], units.FORCE
+    )
 
 
 def pressing(force: Sequence[float], digits: int, rounding: float) -> str:
     """The size of a force in N, or, where it is along no axis, all of it: that of a part beside its mirrors is not."""
     size = math.hypot(*force)
-    if rounded(size, digits) == rounded(max(map(abs, force)), digits):  # what a metric along it comes to
-        return units.show(rounded(size, digits), units.FORCE)
+    if round_significant(size, digits) == round_significant(
+        max(map(abs, force)), digits
+    ):  # what a metric along it comes to
+        return units.format_value(round_significant(size, digits), units.FORCE)
     return _components(force, digits, rounding * size)

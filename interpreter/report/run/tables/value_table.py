@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from softmark.interpreter.language.number_formatting import quantity, signed
+from softmark.interpreter.language.number_formatting import format_quantity, typeset_number
 from softmark.interpreter.report.page.embedded_csv import Cell, csv_link
 from softmark.interpreter.report.page.html_markup import listed, prose, tag, text
 from softmark.interpreter.report.run.figures.tolerance_bands import Band
@@ -50,10 +50,10 @@ class _Held:
 
     def row(self, everyone: Sequence[float]) -> str:
         """Of the table; `everyone` are the numbers that are held against the same value."""
-        found, given = (text(quantity(v, self.unit, 5)) for v in (self.found, self.given))
+        found, given = (text(format_quantity(v, self.unit, 5)) for v in (self.found, self.given))
         amounts = [tag("td", found, class_="n"), tag("td", given, tag("small", text(self.kind)), class_="n")]
         share = tag("small", text(_percent(self.difference / abs(self.given)))) if self.given else ""
-        apart = text(("+" if self.difference > 0.0 else "") + quantity(self.difference, self.unit, 3))
+        apart = text(("+" if self.difference > 0.0 else "") + format_quantity(self.difference, self.unit, 3))
         who = tag("td", tag("code", text(self.owner)), text(f", {self.state}" if self.state else ""))
         own = tag("td", text(self.off), class_="n")
         verdict = tag("td", "yes" if self.within else "no")
@@ -65,8 +65,8 @@ class _Held:
     def off(self) -> str:
         """How far it may be off, or the band."""
         if self.band is None:
-            return f"± {quantity(self.uncertainty, self.unit, 3)}" if self.uncertainty else "exact"
-        return f"{quantity(self.band[0], self.unit, 5)} to {quantity(self.band[1], self.unit, 5)}"
+            return f"± {format_quantity(self.uncertainty, self.unit, 3)}" if self.uncertainty else "exact"
+        return f"{format_quantity(self.band[0], self.unit, 5)} to {format_quantity(self.band[1], self.unit, 5)}"
 
     def cells(self) -> list[Cell]:
         """Of the CSV file."""
@@ -76,7 +76,7 @@ class _Held:
 
 
 def _percent(share: float) -> str:
-    return ("+" if share > 0.0 else "") + signed(f"{100.0 * share:.3g} %")
+    return ("+" if share > 0.0 else "") + typeset_number(f"{100.0 * share:.3g} %")
 
 
 def section_of(findings: Findings) -> str:

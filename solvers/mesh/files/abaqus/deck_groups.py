@@ -1,8 +1,8 @@
 """Sets and surfaces of a deck as named groups of its mesh.
 
-Names are those of the assembly (of a flat deck: all names), and `INSTANCE.NAME` of the parts of instances. A set of
-nodes stands for the boundary faces that have all corners in it, where each of its nodes is of such a face; else it is a
-group of nodes. Nodes of no solid cell count as foreign.
+Names are those of the assembly (in a flat deck: all names), and `INSTANCE.NAME` for the parts of instances. A set of
+nodes is read as the boundary faces that have all corners in it, if each of its nodes belongs to such a face; else it is
+a group of nodes. Nodes of no solid cell count as foreign.
 """
 
 from __future__ import annotations
@@ -30,9 +30,10 @@ SHELLS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 @dataclass(frozen=True)
 class Members:
-    """Cells (k,), faces (f, 2), corners of facets of other elements, and how many members are none of these.
+    """Members of a group: cells (k,), faces (f, 2), corners of facets of other elements, and the number of foreign
+    members.
 
-    `nodes` (k, 2), a cell and the number in it, are those of a set of nodes that are not all of its faces.
+    `nodes` (k, 2), a cell and the node's number in it, are the nodes of a set that is not made of whole faces.
     """
 
     cells: Ints
@@ -42,20 +43,20 @@ class Members:
     nodes: Ints | None = None
 
     def with_faces(self, other: Members) -> Members:
-        """Return these cells with the faces of others also."""
+        """Return these members together with the faces of others."""
         faces = np.unique(np.concatenate([self.faces, other.faces]), axis=0)
         return Members(self.cells, faces, self.corners, self.foreign + other.foreign)
 
 
-def sides_of(element: type[Element]) -> list[int]:
-    """Return which of an element's facets S1, S2, ... are."""
+def facets_of_labels(element: type[Element]) -> list[int]:
+    """Return the facet number of an element for each of its labels S1, S2, ..."""
     own = [frozenset(side[: element.facet.corners]) for side in element.facets]
     return [own.index(frozenset(side)) for side in SIDES[element.corners]]
 
 
 @dataclass(frozen=True)
 class DeckGroups:
-    """Finds the members of a deck's names in its cells (m, a) of one kind, in meshio's words."""
+    """Finds the members of a deck's names among its cells (m, a) of one kind, by meshio's cell names."""
 
     deck: DeckMesh
     kind: str
@@ -63,7 +64,7 @@ class DeckGroups:
     element: type[Element]
 
     def named(self) -> dict[str, Members]:
-        """Return the members by name; a set of nodes gives way to one of elements, or a surface, of its name."""
+        """Return the members by name; an element set or surface takes precedence over a node set of its name."""
         found = {name: self._elements(own) for name, _, own in self.deck.names("elements")}
         for name, _, rows in self.deck.surface_names():
             surface = self._surface(rows)
@@ -83,7 +84,7 @@ class DeckGroups:
         return Members(cells, np.zeros((0, 2), dtype=np.int64), tuple(facets), len(elements) - known)
 
     def _surface(self, rows: Any) -> Members:
-        table = {f"S{k}": side for k, side in enumerate(sides_of(self.element), start=1)}
+        table = {f"S{k}": side for k, side in enumerate(facets_of_labels(self.element), start=1)}
         faces, foreign = [np.zeros((0, 2), dtype=np.int64)], 0
         for elements, label, _ in rows:
             cells = self.deck.cells[self.kind].rows_of(elements)
@@ -100,7 +101,7 @@ class DeckGroups:
         return Mesh(self.deck.points, self.cells, self.element.name).facets
 
     def _nodes(self, nodes: Ints) -> Members:
-        """The boundary faces all of whose corners are in a set of nodes."""
+        """Return the boundary faces with all corners in a set of nodes."""
         chosen = np.zeros(len(self.deck.points), dtype=np.bool_)
         chosen[nodes] = True
         corners = self._facets[:, : self.element.facet.corners]
@@ -115,20 +116,20 @@ class DeckGroups:
 
 @dataclass(frozen=True)
 class CellBlock:
-    """Cells of one type, in meshio's words, as readers of other formats have them."""
+    """Cells of one type, in the layout of meshio, as readers of other formats provide them."""
 
     type: str
     data: Ints
 
     @property
     def dim(self) -> int:
-        """The dimension of the cells."""
+        """Dimension of the cells."""
         return 1 if self.type.startswith("line") else 2 if self.type in SHELLS else 3
 
 
 @dataclass(frozen=True)
 class DeckData:
-    """A deck as readers of meshes take it: points (n, 3), blocks of cells, and the deck itself."""
+    """A deck in the form that mesh readers use: points (n, 3), blocks of cells, and the deck itself."""
 
     deck: DeckMesh
 

@@ -1,8 +1,8 @@
-"""The mesh of a whole deck: parts, their instances in their places, and sets found by scoped names.
+"""The mesh of a whole deck: parts, their placed instances, and sets found by scoped names.
 
 A name in the assembly or in a step is a set of the assembly, or `INSTANCE.NAME` (`ASSEMBLY.INSTANCE.NAME`) of an
-instance; in a part it is a set of that part. Names of different scopes never mean each other. A flat deck, which has no
-parts, is one scope, and its names may have dots. Source: Abaqus Analysis User's Guide, "Assembly definition".
+instance; in a part it is a set of that part. Names of different scopes are always distinct. A flat deck, which has no
+parts, is one scope, and its names may contain dots. Source: Abaqus Analysis User's Guide, "Assembly definition".
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ MESH_CARDS = frozenset({"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "
 
 
 @dataclass(frozen=True)
-class Ignored:
-    """Something of a deck's mesh that is not read: what, why, and its line."""
+class IgnoredOption:
+    """A part of a deck's mesh that is not read: its name, the reason, and its line."""
 
     what: str
     why: str
@@ -42,7 +42,7 @@ class Ignored:
 
 
 @dataclass
-class Space:
+class Namespace:
     """Scopes that share one numbering in the model: the assembly, or an instance with its part.
 
     Nodes `numbers` (n,), sorted, are nodes first, first + 1, ... of the model; likewise elements.
@@ -66,7 +66,7 @@ class Space:
         return next((scope.surfaces[key] for scope in self.scopes if key in scope.surfaces), None)
 
     def members(self, kind: Kind, numbers: Ints) -> Ints:
-        """Return the nodes or elements of the model that have these numbers here; others are left out."""
+        """Return the nodes or elements of the model with these numbers here; unknown numbers are left out."""
         known = self.node_numbers if kind == "nodes" else self.element_numbers
         if not len(known):
             return np.zeros(0, dtype=np.int64)
@@ -94,25 +94,25 @@ class Cells:
     nodes: Ints
 
     def rows_of(self, elements: Ints) -> Ints:
-        """Return the places here (k,) of those elements of the model that are among these, in their order."""
+        """Return the rows (k,) here of those of the given elements of the model that are of this type, in their order."""
         place = np.minimum(np.searchsorted(self.elements, elements), len(self.elements) - 1)
         found: Ints = place[self.elements[place] == elements]
         return found
 
 
 class MeshBuilder:
-    """Takes the cards of a deck that define its mesh, in their order."""
+    """Builds the mesh of a deck from its cards, taken in their order."""
 
     def __init__(self) -> None:
         self.assembly = Scope("assembly", "")
         self.parts: dict[str, Scope] = {}
-        self.spaces: list[Space] = []
+        self.spaces: list[Namespace] = []
         self.scope = self.assembly
-        self.ignored: list[Ignored] = []
+        self.ignored: list[IgnoredOption] = []
         self.flat = True
 
     def take(self, card: Card) -> bool:
-        """Take a card; return whether it is one that defines the mesh. Raises DeckError."""
+        """Process a card; return whether it defines part of the mesh. Raises DeckError."""
         if card.keyword in FRAMES:
             if card.keyword == "SYSTEM" and not any(any(row) for row in card.rows):
                 return True  # back to the global frame
@@ -125,7 +125,7 @@ class MeshBuilder:
     def _ignore(self, card: Card, options: Iterator[str]) -> None:
         for option in options:
             what = f"the option {option} of {card.title}" if option.isalnum() else option.strip("`")
-            self.ignored.append(Ignored(what, "it is not read", card.line))
+            self.ignored.append(IgnoredOption(what, "it is not read", card.line))
 
     def _node(self, card: Card) -> None:
         self._ignore(card, self.scope.add_nodes(card))
@@ -142,7 +142,7 @@ class MeshBuilder:
     def _surface(self, card: Card) -> None:
         if (why := self.scope.add_surface(card)) is not None:
             name = card.options.get("NAME", "")
-            self.ignored.append(Ignored(f"the surface `{name[:60]}`" if name else "*SURFACE", why, card.line))
+            self.ignored.append(IgnoredOption(f"the surface `{name[:60]}`" if name else "*SURFACE", why, card.line))
 
     def _part(self, card: Card) -> None:
         name = card.options.get("NAME", "")
@@ -173,7 +173,7 @@ class MeshBuilder:
             raise card.error(f"two instances are called `{name[:60]}`" if name else "*INSTANCE has no name",
                              "give each instance a name of its own")  # fmt: skip
         self.scope = Scope("instance", name)
-        self.spaces.append(Space(name, (self.scope, self.parts[part.upper()]), *_placement(card)))
+        self.spaces.append(Namespace(name, (self.scope, self.parts[part.upper()]), *_placement(card)))
 
     def _endinstance(self, card: Card) -> None:
         self.scope = self.assembly
@@ -188,7 +188,7 @@ class MeshBuilder:
             raise DeckError(name, f"it has {len(parts)} parts, and no *INSTANCE places them", "add the assembly")
         placed = [id(own) for space in self.spaces for own in space.scopes]
         unplaced = [part.name for part in parts if self.spaces and id(part) not in placed]
-        return DeckMesh(name, [Space("", scopes), *self.spaces], self.assembly.name, self.ignored, unplaced)
+        return DeckMesh(name, [Namespace("", scopes), *self.spaces], self.assembly.name, self.ignored, unplaced)
 
 
 def _placement(card: Card) -> tuple[Floats | None, Floats | None]:
@@ -218,7 +218,7 @@ class DeckMesh:
     """
 
     def __init__(
-        self, name: str, spaces: list[Space], assembly: str, ignored: list[Ignored], unplaced: list[str]
+        self, name: str, spaces: list[Namespace], assembly: str, ignored: list[IgnoredOption], unplaced: list[str]
     ) -> None:
         self.name, self.spaces, self.assembly, self.ignored, self.unplaced = name, spaces, assembly, ignored, unplaced
         self.cells: dict[str, Cells] = {}
@@ -240,7 +240,7 @@ class DeckMesh:
         self._gather_cells()
         self._nodes_of: tuple[Ints, Ints] | None = None
 
-    def _number_elements(self, space: Space, count: int) -> int:
+    def _number_elements(self, space: Namespace, count: int) -> int:
         blocks = [block for scope in space.scopes for block in scope.blocks]
         if not blocks:
             return count
@@ -265,7 +265,7 @@ class DeckMesh:
                 cell = cell_of(block.kind)
                 if cell is None or block.nodes is None or not len(ids):
                     continue
-                nodes = _numbered(space, block.nodes)
+                nodes = _model_numbers(space, block.nodes)
                 if (missing := block.nodes[nodes < 0]).size:
                     if cell not in COUNTS or cell.startswith("line"):
                         continue
@@ -277,13 +277,13 @@ class DeckMesh:
 
     # -------------------------------------------------------------- names
 
-    def find_sets(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> list[tuple[Space, str]]:
-        """Return the spaces and the name, or number, in each that a word means in a scope, by default the assembly."""
+    def find_sets(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> list[tuple[Namespace, str]]:
+        """Return the spaces, and the name or number in each, that a word refers to in a scope, by default the assembly."""
         if scope is not None and scope.kind != "assembly":
             return [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
         return [self._located(kind, word, card)]
 
-    def _located(self, kind: Kind | str, word: str, card: Card) -> tuple[Space, str]:
+    def _located(self, kind: Kind | str, word: str, card: Card) -> tuple[Namespace, str]:
         top, key = self.spaces[0], word.upper()
         if self._defines(top, kind, key) or len(self.spaces) == 1 or _is_number(word):
             return top, word
@@ -300,7 +300,7 @@ class DeckMesh:
             return within[0], word
         raise self._undefined(kind, word, card)
 
-    def _defines(self, space: Space, kind: Kind | str, key: str) -> bool:
+    def _defines(self, space: Namespace, kind: Kind | str, key: str) -> bool:
         if kind == "surface":
             return space.surface(key) is not None
         return space.definition("nodes" if kind == "nodes" else "elements", key) is not None
@@ -318,13 +318,13 @@ class DeckMesh:
     # -------------------------------------------------------------- members
 
     def members(self, kind: Kind, word: str, card: Card, scope: Scope | None = None) -> Ints:
-        """Return the nodes or elements (k,) of the model that a set or a number means, sorted. Raises DeckError."""
+        """Return the nodes or elements (k,) of the model that a set or a number refers to, sorted. Raises DeckError."""
         found = [
             self._members_in(space, kind, name, card, ()) for space, name in self.find_sets(kind, word, card, scope)
         ]
         return found[0] if len(found) == 1 else np.unique(np.concatenate([*found, np.zeros(0, dtype=np.int64)]))
 
-    def _members_in(self, space: Space, kind: Kind, word: str, card: Card, above: tuple[int, ...]) -> Ints:
+    def _members_in(self, space: Namespace, kind: Kind, word: str, card: Card, above: tuple[int, ...]) -> Ints:
         own = space.definition(kind, word.upper())
         if own is None:
             if _is_number(word):
@@ -341,7 +341,7 @@ class DeckMesh:
         self._spend(len(self._known[key]), card)
         return self._known[key]
 
-    def _entry(self, space: Space, kind: Kind, entry: Entry, above: tuple[int, ...]) -> Ints:
+    def _entry(self, space: Namespace, kind: Kind, entry: Entry, above: tuple[int, ...]) -> Ints:
         within = space if not entry.instance else self._instance(entry)
         if entry.numbers is not None:
             return within.members(kind, entry.numbers)
@@ -356,7 +356,7 @@ class DeckMesh:
         found = self._members_in(within, asked, name, entry.card, above)
         return self.nodes_of(found) if entry.of_elements else found
 
-    def _instance(self, entry: Entry) -> Space:
+    def _instance(self, entry: Entry) -> Namespace:
         word = entry.instance.upper()
         space = self._by_name.get(word) or self._by_name.get(word.removeprefix(f"{self.assembly.upper()}."))
         if space is None:
@@ -370,7 +370,7 @@ class DeckMesh:
             raise card.error(f"its sets have more than {LIMIT} members together", "name sets less often")
 
     def nodes_of(self, elements: Ints) -> Ints:
-        """Return the nodes of the model (k,) that elements have, sorted."""
+        """Return the nodes of the model (k,) of some elements, sorted."""
         own = [cells.nodes[cells.rows_of(elements)].ravel() for cells in self.cells.values()]
         found: Ints = np.unique(np.concatenate([*own, _NONE]))
         return found
@@ -388,11 +388,11 @@ class DeckMesh:
         for space, own in self._surfaces_in(word, card, scope):
             yield from self._rows_in(space, own)
 
-    def surfaces_called(self, word: str, card: Card, scope: Scope | None = None) -> list[Surface]:
-        """Return the surfaces that a name means, one for each instance of a part. Raises DeckError."""
+    def find_surfaces(self, word: str, card: Card, scope: Scope | None = None) -> list[Surface]:
+        """Return the surfaces of a name, one for each instance of a part. Raises DeckError."""
         return [own for _, own in self._surfaces_in(word, card, scope)]
 
-    def _surfaces_in(self, word: str, card: Card, scope: Scope | None) -> Iterator[tuple[Space, Surface]]:
+    def _surfaces_in(self, word: str, card: Card, scope: Scope | None) -> Iterator[tuple[Namespace, Surface]]:
         if scope is not None and scope.kind != "assembly":
             spaces = [(space, word) for space in self.spaces if any(scope is own for own in space.scopes)]
         else:
@@ -403,19 +403,19 @@ class DeckMesh:
                 raise self._undefined("surface", word, card)
             yield space, own
 
-    def _rows_in(self, space: Space, own: Surface) -> Iterator[tuple[Ints, str, str]]:
+    def _rows_in(self, space: Namespace, own: Surface) -> Iterator[tuple[Ints, str, str]]:
         for who, label in own.rows:
             within, inner = (space, who) if space.name else self._located("elements", who, own.card)
             yield self._members_in(within, "elements", inner, own.card, ()), label, who
 
     def names(self, kind: Kind) -> Iterator[tuple[str, SetDefinition, Ints]]:
-        """Yield each set of the assembly and of the instances: its scoped name, itself and its members."""
+        """Yield each set of the assembly and of the instances: its scoped name, its definition and its members."""
         for space in self.spaces:
             for key, own in self._definitions(space, kind).items():
                 yield _scoped(space, own.name), own, self._members_in(space, kind, key, own.entries[0].card, ())
 
     def surface_names(self) -> Iterator[tuple[str, Surface, Sequence[tuple[Ints, str, str]]]]:
-        """Yield each surface of the assembly and of the instances: its scoped name, itself and its rows."""
+        """Yield each surface of the assembly and of the instances: its scoped name, its definition and its rows."""
         for space in self.spaces:
             seen: set[str] = set()
             for scope in space.scopes:
@@ -424,7 +424,7 @@ class DeckMesh:
                         seen.add(key)
                         yield _scoped(space, own.name), own, list(self._rows_in(space, own))
 
-    def _definitions(self, space: Space, kind: Kind) -> dict[str, SetDefinition]:
+    def _definitions(self, space: Namespace, kind: Kind) -> dict[str, SetDefinition]:
         found: dict[str, SetDefinition] = {}
         for scope in space.scopes:
             for key, own in scope.sets(kind).items():
@@ -440,12 +440,12 @@ def _is_number(word: str) -> bool:
     return word.isascii() and word.isdigit()
 
 
-def _scoped(space: Space, name: str) -> str:
+def _scoped(space: Namespace, name: str) -> str:
     return f"{space.name}.{name}" if space.name else name
 
 
-def _place_nodes(space: Space) -> Floats:
-    """Number the nodes of a space, and return their places (n, 3). Raises DeckError."""
+def _place_nodes(space: Namespace) -> Floats:
+    """Number the nodes of a space, and return their positions (n, 3). Raises DeckError."""
     numbers = np.concatenate([_NONE, *(own for scope in space.scopes for own in scope.node_numbers)])
     points = np.concatenate([np.zeros((0, 3)), *(own for scope in space.scopes for own in scope.coordinates)])
     order = np.argsort(numbers, kind="stable")
@@ -463,8 +463,8 @@ def _place_nodes(space: Space) -> Floats:
     return points if space.translation is None else points + space.translation
 
 
-def _numbered(space: Space, nodes: Ints) -> Ints:
-    """Return the nodes of the model for numbers in a space, -1 for what is not defined."""
+def _model_numbers(space: Namespace, nodes: Ints) -> Ints:
+    """Return the nodes of the model for numbers in a space, -1 for undefined numbers."""
     known = space.node_numbers
     if not len(known):
         return np.full(nodes.shape, -1, dtype=np.int64)

@@ -1,7 +1,7 @@
 """Nodes, elements, sets and surfaces of one scope of a deck: a part, an instance or the assembly.
 
-A set is a list of entries that refer to numbers, ranges of numbers and other sets. Ranges are never written out: they
-are compared with the numbers that the deck defines.
+A set is a list of entries that refer to numbers, ranges of numbers and other sets. Ranges are never expanded: they are
+compared with the numbers that the deck defines.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ ELEMENT_OPTIONS = frozenset({"TYPE", "ELSET", "OFFSET"})
 
 @dataclass(frozen=True)
 class Entry:
-    """Members of a set: numbers, a range, another set by its name, or (of a set of nodes) the nodes of elements.
+    """One entry of a set: numbers, a range, another set by its name, or (in a set of nodes) the nodes of elements.
 
-    `instance` is the instance whose numbers and names are meant, "" of the scope of the set itself.
+    `instance` is the instance whose numbers and names are meant, "" for the scope of the set itself.
     """
 
     card: Card
@@ -43,7 +43,7 @@ class Entry:
 
 @dataclass
 class SetDefinition:
-    """A set of nodes or of elements, as its cards define it together."""
+    """A set of nodes or of elements, merged from all cards that define it."""
 
     name: str
     internal: bool
@@ -52,7 +52,7 @@ class SetDefinition:
 
 @dataclass(frozen=True)
 class Surface:
-    """A surface of elements: rows of a set or a number of an element, and the label of a side (S1, S2, ...)."""
+    """A surface of elements: rows of a set or an element number, and the label of a side (S1, S2, ...)."""
 
     name: str
     card: Card
@@ -60,8 +60,8 @@ class Surface:
 
 
 @dataclass(frozen=True)
-class Block:
-    """Elements of one type: their numbers (m,) and, of solids, shells and lines, the numbers of their nodes (m, a)."""
+class ElementBlock:
+    """Elements of one type: their numbers (m,) and, for solids, shells and lines, their node numbers (m, a)."""
 
     kind: str
     card: Card
@@ -77,7 +77,7 @@ class Scope:
     name: str
     node_numbers: list[Ints] = field(default_factory=list)
     coordinates: list[Floats] = field(default_factory=list)
-    blocks: list[Block] = field(default_factory=list)
+    blocks: list[ElementBlock] = field(default_factory=list)
     nodes: dict[str, SetDefinition] = field(default_factory=dict)
     elements: dict[str, SetDefinition] = field(default_factory=dict)
     surfaces: dict[str, Surface] = field(default_factory=dict)
@@ -93,7 +93,7 @@ class Scope:
     # -------------------------------------------------------------- cards
 
     def add_nodes(self, card: Card) -> Iterator[str]:
-        """Take a card *NODE; yield options that it ignores. Raises DeckError."""
+        """Read a card *NODE; yield options that are ignored. Raises DeckError."""
         if "SYSTEM" in card.options and card.options["SYSTEM"].upper() not in ("", "R"):
             raise UnsupportedDeck(card.place, "*NODE, SYSTEM: its nodes are in cylindrical or spherical coordinates",
                                   "write the nodes in Cartesian coordinates")  # fmt: skip
@@ -112,12 +112,12 @@ class Scope:
         yield from card.unknown_options(NODE_OPTIONS | {"SYSTEM"})
 
     def add_elements(self, card: Card) -> Iterator[str]:
-        """Take a card *ELEMENT; yield options that it ignores. Raises DeckError."""
+        """Read a card *ELEMENT; yield options that are ignored. Raises DeckError."""
         kind = card.options.get("TYPE", "").upper()
         cell = cell_of(kind)
         nodes: Ints | None = None
         if cell is None:
-            own = _array([read_integer(row[0], card) for row in _joined(card) if row and row[0].isdigit()], card)
+            own = _array([read_integer(row[0], card) for row in _join_lines(card) if row and row[0].isdigit()], card)
         else:
             each = COUNTS[cell] + 1
             words, further = _element_words(card, each)
@@ -129,13 +129,13 @@ class Scope:
             else:
                 table = _array([read_integer(word, card) for word in words], card).reshape(-1, each)
                 own, nodes = np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1:])
-        self.blocks.append(Block(kind, card, own, nodes))
+        self.blocks.append(ElementBlock(kind, card, own, nodes))
         if card.options.get("ELSET"):
             self.define("elements", card.options["ELSET"]).entries.append(Entry(card, numbers=own))
         yield from card.unknown_options(ELEMENT_OPTIONS)
 
     def add_set(self, card: Card) -> Iterator[str]:
-        """Take a card *NSET or *ELSET; yield options that it ignores. Raises DeckError."""
+        """Read a card *NSET or *ELSET; yield options that are ignored. Raises DeckError."""
         kind: Kind = "nodes" if card.keyword == "NSET" else "elements"
         name, instance = card.options.get(card.keyword, ""), card.options.get("INSTANCE", "")
         if not name:
@@ -160,7 +160,7 @@ class Scope:
         yield from unknown
 
     def add_surface(self, card: Card) -> str | None:
-        """Take a card *SURFACE; return why it is not read, if it is not. Raises DeckError."""
+        """Read a card *SURFACE; return the reason if it is not supported. Raises DeckError."""
         name, kind = card.options.get("NAME", ""), card.options.get("TYPE", "ELEMENT").upper()
         if kind != "ELEMENT" or not name:
             return f"TYPE={kind} is not read, only surfaces of elements" if name else "it has no name"
@@ -175,10 +175,10 @@ class Scope:
 
 
 def _element_words(card: Card, each: int) -> tuple[list[str], int]:
-    """Return the words of all elements, so many for each, and how many further ones their lines have.
+    """Return the words of all elements, `each` for each, and the number of surplus words in their lines.
 
-    An element may go on in the next line. Words after the last node of an element that has one line are ignored, as
-    CalculiX does: the node that directs a beam, or nodes of another type. Raises DeckError.
+    An element may continue in the next line. Words after the last node of an element in one line are ignored, as in
+    CalculiX: the node that orients a beam, or nodes of another type. Raises DeckError.
     """
     found: list[str] = []
     further = 0
@@ -198,8 +198,8 @@ def _element_words(card: Card, each: int) -> tuple[list[str], int]:
     return found, further
 
 
-def _joined(card: Card) -> Iterator[list[str]]:
-    """Yield the rows of a card; a line that ends with a comma goes on below."""
+def _join_lines(card: Card) -> Iterator[list[str]]:
+    """Yield the rows of a card; a line that ends with a comma continues in the next."""
     words: list[str] = []
     for line, row in zip(card.lines, card.each_row(), strict=True):
         words += row

@@ -1,4 +1,4 @@
-"""Names of element types of Abaqus and CalculiX, and the cells that they are.
+"""Element type names of Abaqus and CalculiX, and the cell type of each.
 
 Source: Abaqus Analysis User's Guide, "Element index"; Dhondt, "CalculiX CrunchiX User's Manual", section 6.2.
 """
@@ -21,7 +21,7 @@ _NAMED = {"STRI3": "triangle", "STRI65": "triangle6", "S9R5": "quad9"}
 
 
 def cell_of(kind: str) -> str | None:
-    """Return the cell of an element type in the words of meshio: `hexahedron` for `C3D8R`; None for other elements."""
+    """Return meshio's cell name of an element type: `hexahedron` for `C3D8R`; None for other elements."""
     word = kind.upper()
     if word in _NAMED:
         return _NAMED[word]

@@ -1,4 +1,4 @@
-"""Keyword lines of a deck, each with its options and data lines; files of *INCLUDE stand in their place.
+"""Keyword lines of a deck, each with its options and data lines; files of *INCLUDE are inserted in their place.
 
 A card is a line `*KEYWORD, OPTION=VALUE` and the data lines below it. Case and blanks of keywords do not matter.
 Source: Abaqus Analysis User's Guide, "Input syntax rules"; Dhondt, "CalculiX CrunchiX User's Manual", version 2.20.
@@ -159,7 +159,7 @@ class _Source:
                 yield text, number, path.name
 
     def _count(self, file: Path, place: str) -> None:
-        """Limit what is read by including the same files again and again. Raises DeckError."""
+        """Limit the lines read through repeated inclusion of the same files. Raises DeckError."""
         if file in self.seen:
             self.repeated += file.stat().st_size + 1024
             if self.repeated > REPEATED:
@@ -168,7 +168,7 @@ class _Source:
 
 
 def split_words(text: str) -> list[str]:
-    """Return the words of a line between its commas; those in quotation marks may have commas."""
+    """Return the words of a line between its commas; quoted words may contain commas."""
     if '"' not in text:
         return [word.strip() for word in text.split(",")]
     return [word.strip().replace('"', "") for word in _WORD.findall(text)]

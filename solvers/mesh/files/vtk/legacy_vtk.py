@@ -39,7 +39,7 @@ DATASETS = frozenset({b"UNSTRUCTURED_GRID", b"POLYDATA"})
 
 @dataclass(frozen=True)
 class File:
-    """Contents of a file in the form that meshio has: points (n, 3), cells in blocks, and arrays by name."""
+    """Contents of a file in the layout of meshio: points (n, 3), cells in blocks, and arrays by name."""
 
     points: Floats
     cells: list[Block]
@@ -56,7 +56,7 @@ def recognised(data: bytes) -> bool:
 
 
 def read(path: Path) -> File:
-    """Points, cells and arrays of numbers. Raises Malformed."""
+    """Return points, cells and numeric arrays. Raises Malformed."""
     try:
         return _Reader(read_regular(path)).file()
     except (ValueError, IndexError, KeyError, OverflowError) as error:
@@ -64,6 +64,8 @@ def read(path: Path) -> File:
 
 
 class _Reader:
+    """Parser of one legacy VTK file."""
+
     def __init__(self, data: bytes) -> None:
         self.data, self.at = data, 0
         self.version = self._line()
@@ -78,7 +80,7 @@ class _Reader:
         self.arrays: dict[str, dict[str, Any]] = {"POINT_DATA": {}, "CELL_DATA": {}, "": {}}
 
     def file(self) -> File:
-        """All of it. Raises Malformed, ValueError."""
+        """Return the whole file. Raises Malformed, ValueError."""
         self._sections()
         if self.points is None:
             raise Malformed("it has no POINTS")
@@ -125,7 +127,7 @@ class _Reader:
                 self._attribute(key, words, where, count)
 
     def _attribute(self, key: str, words: list[str], where: str, count: int) -> None:
-        """One array of points or cells. Raises Malformed."""
+        """Read one array of points or cells. Raises Malformed."""
         if key == "COLOR_SCALARS":
             self._numbers(int(words[2]) * count, "float" if self.text else "unsigned_char")
             return
@@ -161,7 +163,7 @@ class _Reader:
     # ------------------------------------------------------------------ words
 
     def _line(self, blank: bool = False) -> str:
-        """The next line; the next that is not empty, unless `blank`."""
+        """Return the next line; by default the next non-empty one, with `blank` any."""
         while self.at < len(self.data):
             end = self.data.find(b"\n", self.at)
             end = len(self.data) if end < 0 else end
@@ -172,7 +174,7 @@ class _Reader:
         return ""
 
     def _numbers(self, count: int, kind: str) -> Any:
-        """So many numbers. Raises Malformed, ValueError."""
+        """Return the next `count` numbers. Raises Malformed, ValueError."""
         code = TYPES.get(kind.lower())
         if code is None:
             raise Malformed(f"`{kind[:40]}` is no type of numbers that is known")
@@ -208,7 +210,7 @@ class _Reader:
         return self.data[self.at - size : self.at]
 
     def _strings(self, count: int) -> None:
-        """Skip so many strings: a line each as text, else with their length before them, in 1, 2, 4 or 8 bytes."""
+        """Skip `count` strings: lines in text files, else preceded by their length in 1, 2, 4 or 8 bytes."""
         if count < 0 or count > len(self.data):
             raise Malformed(f"it promises {count} texts, and breaks off before")
         for _ in range(count):
@@ -221,7 +223,7 @@ class _Reader:
     # ------------------------------------------------------------------ cells
 
     def _cells(self, first: int, second: int) -> tuple[Ints, Ints]:
-        """Ends (m,) of cells in their nodes. Raises Malformed."""
+        """Return the end (m,) of each cell in the list of nodes, and the nodes. Raises Malformed."""
         before = self.at
         words = self._line().split()
         if words[:1] == ["OFFSETS"]:  # version 5
@@ -250,7 +252,7 @@ class _Reader:
         return ends, flat[keep]
 
     def _rows(self) -> Iterator[tuple[str, Ints, Ints]]:
-        """Cells (k, a) of one word, and their numbers in the file (k,). Raises Malformed."""
+        """Yield cells (k, a) of one type name, and their numbers in the file (k,). Raises Malformed."""
         before = 0
         for key in ("CELLS", *LISTS):
             if key not in self.lists:
@@ -292,7 +294,7 @@ class _Reader:
             yield word, cells[:, list(order)], every
 
     def _convex(self, cells: Ints) -> None:
-        """Raises Malformed where a polygon is not convex, so that triangles from its first point would overlap."""
+        """Raise Malformed if a polygon is not convex, so that triangles from its first point would overlap."""
         assert self.points is not None
         corners = self.points[cells]
         edges = np.roll(corners, -1, axis=1) - corners

@@ -1,6 +1,6 @@
-"""VTU files in the form that meshio reads: arrays inline instead of appended, and without arrays of text.
+"""Conversion of VTU files to the form that meshio reads: inline instead of appended arrays, and no text arrays.
 
-meshio stops at text, at words that ParaView writes inside arrays, and at appended arrays that do not follow each other.
+meshio fails on text, on words that ParaView writes inside arrays, and on appended arrays that are not contiguous.
 Source: VTK File Formats, "XML file formats" (vtk.org).
 """
 
@@ -22,8 +22,8 @@ def recognised(data: bytes) -> bool:
     return head.startswith((b"<?xml", b"<VTKFile")) and b"<VTKFile" in head
 
 
-def inlined(data: bytes) -> bytes:
-    """An unstructured grid with inline arrays of numbers only. Raises Malformed."""
+def inline_arrays(data: bytes) -> bytes:
+    """Return an unstructured grid with inline numeric arrays only. Raises Malformed."""
     begins = re.search(rb"<AppendedData[^<>]{0,200}>", data)
     head = data if begins is None else data[: begins.start()] + b"</VTKFile>"
     if b"<!DOCTYPE" in head or b"<!ENTITY" in head:
@@ -34,7 +34,7 @@ def inlined(data: bytes) -> bytes:
         raise Malformed(f"it is no whole XML ({error})") from error
     if top.get("type") != "UnstructuredGrid":
         raise Malformed(f"it holds `{(top.get('type') or '')[:40]}`, no unstructured grid: save it as .vtu, or as .vtk")
-    appended = _Appended(
+    appended = _AppendedSection(
         top, b"" if begins is None else begins.group(), b"" if begins is None else data[begins.end() :]
     )
     for parent in list(top.iter()):
@@ -48,7 +48,7 @@ def inlined(data: bytes) -> bytes:
     return ElementTree.tostring(top)
 
 
-class _Appended:
+class _AppendedSection:
     """The section of appended arrays of a file."""
 
     def __init__(self, top: ElementTree.Element, tag: bytes, data: bytes) -> None:
@@ -63,7 +63,7 @@ class _Appended:
         self.ends = dict(zip(starts, [*starts[1:], whole][: len(starts)], strict=True))
 
     def inline(self, own: ElementTree.Element) -> None:
-        """Put an appended array into its element. Raises Malformed."""
+        """Move an appended array into its element. Raises Malformed."""
         if own.get("format") != "appended":
             return
         start = int(own.get("offset", "0"))
@@ -75,7 +75,7 @@ class _Appended:
         own.text = (self._encoded(block) if self.raw else block.strip()).decode("ascii")
 
     def _encoded(self, block: bytes) -> bytes:
-        """Base64 of raw bytes: of the sizes of compressed blocks and of the blocks themselves apart."""
+        """Return raw bytes as base64: the sizes of compressed blocks separately from the blocks."""
         first = int.from_bytes(block[: self.wide], self.order)  # type: ignore[arg-type]
         if not self.packed:
             return base64.b64encode(block[: self.wide + first])
