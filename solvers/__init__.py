@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from softmark.solvers.api.solid_loads import traction as traction
     from softmark.solvers.api.solid_supports import Clamp as Clamp
     from softmark.solvers.api.solid_supports import clamp as clamp
-    from softmark.solvers.mesh.files.mesh_reader import read as read
+    from softmark.solvers.mesh.files.mesh_reader import read_cells as read_cells
     from softmark.solvers.mesh.mesh import Mesh as Mesh
     from softmark.solvers.mesh.shapes import Box as Box
     from softmark.solvers.mesh.shapes import Cylinder as Cylinder

@@ -9,7 +9,7 @@ import numpy as np
 from softmark.interpreter.importers.imported_deck import Deck, Left, Part
 from softmark.references.measured_data import Unreadable
 from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, keep_node_order, parse
-from softmark.solvers.mesh.files.mesh_reader import read as read_mesh
+from softmark.solvers.mesh.files.mesh_reader import read_cells as read_mesh
 
 
 def read(path: Path) -> Deck:

@@ -16,7 +16,7 @@ from softmark.interpreter.language_server.name_index import Occurrence, Target, 
 from softmark.interpreter.language_server.open_documents import Opened
 from softmark.interpreter.language_server.request_refused import Refused
 from softmark.interpreter.language_server.text_document import Document
-from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.interpreter.validation.constructor_registry import compile_source
 from softmark.scenes import ROOT
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -78,6 +78,6 @@ def _keeps_its_meaning(document: Document, edits: list[types.TextEdit], new: str
         start, end = document.offset(edit.range.start), document.offset(edit.range.end)
         text = text[:start] + edit.new_text + text[end:]
     before = {d.code for d in document.compiled[1]}
-    for found in compiled(Source(document.source.name, text), document.folder, document.file)[1]:
+    for found in compile_source(Source(document.source.name, text), document.folder, document.file)[1]:
         if found.severity == "error" and found.code not in before:
             raise Refused(f"`{new}` would be an error, {found.code}: {found.message}")

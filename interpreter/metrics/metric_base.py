@@ -60,7 +60,7 @@ class Metric:
         return name if declared.kind == "body" else vars(declared.thing).get("body")
 
     def probe_in(self, scene: Scene) -> str | None:
-        """Return the name of the probe at which it, or the metric it is derived from, is evaluated; None without one."""
+        """Return the name of the probe at which it, or the metric it derives from, is evaluated; None without one."""
         return self.looked_at
 
     @property

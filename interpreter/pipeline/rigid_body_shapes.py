@@ -15,7 +15,7 @@ from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
 from softmark.interpreter.problem.data_sets import located
 from softmark.interpreter.problem.rigid_surfaces import section, surface_in_space
 from softmark.interpreter.results.run_report import SeenInstrument, SeenSurface
-from softmark.solvers.contact.rigid_transform import Pose
+from softmark.solvers.contact.rigid_transform import RigidMotion
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case, Touch
@@ -54,7 +54,7 @@ def _flown(flight: Mapping[str, Any], times: Floats | None) -> tuple[Floats, Flo
 
 def _taken(touch: Touch, body: SeenSurface) -> tuple[Floats, Floats]:
     """Turns (t, 3, 3) and shifts (t, 3) of a body that supports have taken along, m."""
-    poses = [pose_at(touch, share) or Pose() for share in _shares(touch, body)]
+    poses = [pose_at(touch, share) or RigidMotion() for share in _shares(touch, body)]
     turns = np.stack([np.eye(3) if pose.turn is None else pose.turn for pose in poses])
     return turns, np.concatenate([pose.moved(np.zeros((1, 3))) for pose in poses])
 

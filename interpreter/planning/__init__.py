@@ -1,4 +1,5 @@
-"""What a scene asks for and what that needs, with no array: tasks of a run, sweeps, walks of stability studies.
+"""Plans of what a scene asks for: tasks of a run, values of sweeps, and walks of robustness studies.
 
-Imports rooms up to the metrics. To add a kind of task: a function in `plan` that yields it.
+No arrays are used here. Imports packages up to the metrics. To add a kind of task: write a function in `run_plan` that
+yields it.
 """

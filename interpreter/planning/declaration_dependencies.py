@@ -1,4 +1,4 @@
-"""Which declarations others are made from."""
+"""Dependencies between declarations: the models and studies that a model is made from."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterator
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 
 
-def reached(scene: Scene, models: Collection[str]) -> list[str]:
-    """Models, and the models and studies that they are made from, and so on."""
+def with_dependencies(scene: Scene, models: Collection[str]) -> list[str]:
+    """Return the given models and all models and studies that they depend on."""
     found, pending = dict.fromkeys(models), list(models)
     while pending:
         declared = scene.declared[pending.pop()]
@@ -20,12 +20,12 @@ def reached(scene: Scene, models: Collection[str]) -> list[str]:
 
 
 def models_of(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
-    """Models that fields of this form name."""
+    """Yield the models named by fields of this form."""
     yield from (n for n in named_by(scene, declared, form) if scene.declared[n].kind == "model")
 
 
 def named_by(scene: Scene, declared: Declared, form: str) -> Iterator[str]:
-    """Declarations that fields of this form name."""
+    """Yield the declarations named by fields of this form."""
     for field in declared.constructor.fields:
         if field.form == form:
             value = declared.value(field.name)

@@ -1,6 +1,6 @@
-"""Where a walk looks: a coordinate t that grows outward from 0, the rungs that it visits, and the value at each t.
+"""Scale of a walked parameter: a coordinate t that grows from 0, the rungs to visit, and the value at each t.
 
-Values are rounded to six digits, so that the command that repeats a point can be read; the last rung is the limit.
+Values are rounded to six digits, so that the command that repeats a point is readable; the last rung is the limit.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ INCOMPRESSIBLE = 0.5
 
 @dataclass(frozen=True)
 class Ladder:
-    """A way outward. Between the last two rungs nothing is bisected where the last is a limit of its own (`abrupt`)."""
+    """Scale in one direction. If its limit is `abrupt`, the interval before the last rung is not bisected."""
 
     direction: Direction
     rungs: tuple[float, ...]  # t, increasing, above 0
@@ -30,45 +30,45 @@ class Ladder:
     abrupt: bool = False
 
     def at(self, t: float) -> float:
-        """The value of the quantity."""
+        """Return the parameter value at t."""
         return self.value(t)
 
     def between(self, a: float, b: float) -> float | None:
-        """The t halfway from a to b, or None where that tells nothing new."""
+        """Return the t halfway from a to b, or None if further bisection is useless."""
         if b - a <= self.finest * 1.001 or (self.abrupt and b == self.rungs[-1]):
             return None
         t = 0.5 * (a + b)
         return None if self.at(t) in (self.at(a), self.at(b)) else t
 
 
-def tidy(value: float) -> float:
-    """Six significant digits."""
+def round_to_six_digits(value: float) -> float:
+    """Round to six significant digits."""
     return float(f"{value:.6g}")
 
 
 # ------------------------------------------------------------------ multiplied
 
 
-def multiplied(nominal: float, limit: float, direction: Direction) -> Ladder | None:
-    """By decades from a number to another of its sign, in three rungs at least; None where there is no way to go."""
+def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> Ladder | None:
+    """Return a logarithmic scale from a number to a limit of its sign, with at least three rungs, or None."""
     span = abs(math.log10(limit / nominal))
     if span < 1e-6:
         return None
     count = max(3, math.ceil(span - 1e-9))
     whole = [float(i) for i in range(1, count)] if span >= 3 else [span * i / count for i in range(1, count)]
     sign = 1.0 if abs(limit) > abs(nominal) else -1.0
-    return Ladder(direction, (*whole, span), math.log10(RATIO), partial(_times, nominal, limit, sign, span))
+    return Ladder(direction, (*whole, span), math.log10(RATIO), partial(_logarithmic_value, nominal, limit, sign, span))
 
 
-def _times(nominal: float, limit: float, sign: float, span: float, t: float) -> float:
-    return limit if t >= span else tidy(nominal * 10 ** (sign * t)) if t > 0 else nominal
+def _logarithmic_value(nominal: float, limit: float, sign: float, span: float, t: float) -> float:
+    return limit if t >= span else round_to_six_digits(nominal * 10 ** (sign * t)) if t > 0 else nominal
 
 
 # ------------------------------------------------------------------ the gap to one half
 
 
-def closing(nominal: float, limit: float = INCOMPRESSIBLE) -> Ladder | None:
-    """Poisson's ratio towards 0.5 by decades of 0.5 - nu, and then 0.5 itself if the limit allows it."""
+def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> Ladder | None:
+    """Return a scale of Poisson's ratio by decades of 0.5 - nu, up to 0.5 itself if the limit allows it."""
     gap, least = INCOMPRESSIBLE - nominal, INCOMPRESSIBLE - limit
     floor = max(least, SMALLEST_GAP)
     if gap <= floor * 1.001:
@@ -79,11 +79,11 @@ def closing(nominal: float, limit: float = INCOMPRESSIBLE) -> Ladder | None:
     exact = least <= 0
     if exact:
         rungs.append(span + 1)
-    value = partial(_closed, gap, limit, exact, span)
+    value = partial(_poisson_value, gap, limit, exact, span)
     return Ladder("up", tuple(rungs), math.log10(RATIO), value, abrupt=exact)
 
 
-def _closed(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
+def _poisson_value(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
     if t > span or (t == span and not exact):
         return limit
     return round(INCOMPRESSIBLE - float(f"{gap * 10**-t:.3g}"), 13) if t > 0 else INCOMPRESSIBLE - gap
@@ -92,43 +92,43 @@ def _closed(gap: float, limit: float, exact: bool, span: float, t: float) -> flo
 # ------------------------------------------------------------------ towards an end
 
 
-def stretched(nominal: float, limit: float, direction: Direction, stops: tuple[float, ...] = ()) -> Ladder | None:
-    """In even parts from a number to the end of a range, or by way of given values."""
+def linear_ladder(nominal: float, limit: float, direction: Direction, stops: tuple[float, ...] = ()) -> Ladder | None:
+    """Return a linear scale from a number to the end of a range, or one through given values."""
     if limit == nominal:
         return None
     inner = [s for s in stops if min(nominal, limit) < s < max(nominal, limit)]
     parts = [(s - nominal) / (limit - nominal) for s in inner] if stops else [0.25, 0.5, 0.75]
-    return Ladder(direction, (*sorted(parts), 1.0), 0.02, partial(_part, nominal, limit))
+    return Ladder(direction, (*sorted(parts), 1.0), 0.02, partial(_linear_value, nominal, limit))
 
 
-def _part(nominal: float, limit: float, t: float) -> float:
-    return limit if t >= 1 else tidy(nominal + t * (limit - nominal)) if t > 0 else nominal
+def _linear_value(nominal: float, limit: float, t: float) -> float:
+    return limit if t >= 1 else round_to_six_digits(nominal + t * (limit - nominal)) if t > 0 else nominal
 
 
-def from_zero(limit: float, direction: Direction) -> Ladder:
-    """From zero to the end of a range by decades of the end."""
+def decades_from_zero(limit: float, direction: Direction) -> Ladder:
+    """Return a scale from zero to the end of a range by decades of that end."""
     rungs = tuple(float(i) for i in range(1, DECADES + 2))
-    return Ladder(direction, rungs, math.log10(RATIO), partial(_from_zero, limit))
+    return Ladder(direction, rungs, math.log10(RATIO), partial(_decade_value, limit))
 
 
-def _from_zero(limit: float, t: float) -> float:
-    return limit if t > DECADES else tidy(limit * 10 ** (t - DECADES - 1)) if t > 0 else 0.0
+def _decade_value(limit: float, t: float) -> float:
+    return limit if t > DECADES else round_to_six_digits(limit * 10 ** (t - DECADES - 1)) if t > 0 else 0.0
 
 
 # ------------------------------------------------------------------ whole numbers
 
 
-def doubled(nominal: int, limit: int, direction: Direction) -> Ladder | None:
-    """A whole number by doubling, or halving, to its limit."""
+def doubling_ladder(nominal: int, limit: int, direction: Direction) -> Ladder | None:
+    """Return a scale of a whole number by doubling, or halving, to its limit."""
     if limit == nominal:
         return None
     span = abs(math.log2(limit / nominal))
     rungs = [float(i) for i in range(1, math.ceil(span - 1e-9))]
-    value = partial(_doubled, nominal, limit, 1.0 if limit > nominal else -1.0, span)
+    value = partial(_doubled_value, nominal, limit, 1.0 if limit > nominal else -1.0, span)
     kept = dict.fromkeys(value(t) for t in rungs)
     whole = tuple(t for t in rungs if kept.pop(value(t), 0) is None and value(t) not in (nominal, limit))
     return Ladder(direction, (*whole, span), math.log2(RATIO), value)
 
 
-def _doubled(nominal: int, limit: int, sign: float, span: float, t: float) -> float:
+def _doubled_value(nominal: int, limit: int, sign: float, span: float, t: float) -> float:
     return float(limit) if t >= span else float(round(nominal * 2 ** (sign * t)))

@@ -1,6 +1,7 @@
-"""One walk: a model along one quantity in one direction, outward rung by rung, then each edge bisected.
+"""Walk of one model along one parameter in one direction: outward rung by rung, then bisection of each edge.
 
-A walk asks (`wanted`) and is told (`tell`); it computes nothing, and knows neither scenes nor solvers.
+A walk proposes the next position (`wanted`) and records the result (`tell`). It computes nothing itself and is
+independent of scenes and solvers.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ BLIND = 3  # points in a row without a truth after which a walk that looks for a
 
 @dataclass(frozen=True)
 class PointClass:
-    """What a point turned out to be: its class, and whether the model had an answer (None: not known)."""
+    """Result of a point: its class, and whether the model had an answer (None: unknown)."""
 
     word: str
     answered: bool | None
 
     @classmethod
     def of(cls, word: str, status: str | None = None) -> PointClass:
-        """By the class; where the reference has no answer, by the model's own status."""
+        """Return the class of a point; if the reference has no answer, `status` decides whether the model has one."""
         if word == "unjudged":
             known = None if status is None else status in SOLVED
             return cls(word, known)
@@ -37,7 +38,7 @@ class PointClass:
 
 @dataclass(frozen=True)
 class Edge:
-    """Where a walk has found the edges, as positions t of its ladder; 0 is the scene as it is."""
+    """Edges that a walk has found, as positions t of its ladder; 0 is the unchanged scene."""
 
     last_right: float | None
     first_wrong: float | None
@@ -50,7 +51,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class Verdicts:
-    """How much of a walk was judged at all; positions t of its ladder."""
+    """Numbers of judged and unjudged points of a walk, and the nearest correct position t."""
 
     here: str  # the class of the scene as it is
     first_right: float | None  # the position nearest to the scene at which the model is right
@@ -60,18 +61,18 @@ class Verdicts:
 
 @dataclass
 class Walk:
-    """The state of one walk; `seen` by position, with what the scene as it is came to at 0."""
+    """State of one walk; `seen` are the results by position, with that of the unchanged scene at 0."""
 
     ladder: Ladder
     until: Until
     seen: dict[float, PointClass] = field(default_factory=dict)
 
     def tell(self, t: float, seen: PointClass) -> None:
-        """What the point at t turned out to be."""
+        """Record the result of the point at t."""
         self.seen[t] = seen
 
     def wanted(self) -> float | None:
-        """The next position to look at; None when all is known."""
+        """Return the next position to compute; None if the walk is complete."""
         rung = self._outward()
         if rung is not None:
             return rung
@@ -82,7 +83,7 @@ class Walk:
         return None
 
     def _outward(self) -> float | None:
-        """The next rung that was not looked at, or None at the end of the walk."""
+        """Return the next rung that was not computed, or None at the end of the walk."""
         if self._ends(0.0):
             return None
         for rung in self.ladder.rungs:
@@ -93,7 +94,7 @@ class Walk:
         return None
 
     def _ends(self, t: float) -> bool:
-        """Whether the walk goes no farther than this position."""
+        """Return whether the walk ends at this position."""
         seen = self.seen[t]
         if self.until == "failure":
             return seen.answered is False
@@ -104,7 +105,7 @@ class Walk:
     # ------------------------------------------------------------------ edges
 
     def _brackets(self) -> list[tuple[float, float]]:
-        """Neighbouring positions with an edge between them: of what is right, and of what is answered."""
+        """Return neighbouring positions with an edge between them, of correctness or of having an answer."""
         found = []
         ts = sorted(self.seen)
         for a, b in pairwise(ts):
@@ -121,7 +122,7 @@ class Walk:
         return found
 
     def edge(self) -> Edge:
-        """What the walk knows by now."""
+        """Return the edges found so far."""
         ts = sorted(self.seen)
         wrong = next((t for t in ts if self.seen[t].word not in ("right", "unjudged")), None)
         right = [t for t in ts if self.seen[t].word == "right" and (wrong is None or t < wrong)]
@@ -135,7 +136,7 @@ class Walk:
         return Edge(farthest, wrong, word, max(answered, default=None), silence, blind, ts[-1])
 
     def verdicts(self) -> Verdicts:
-        """What of the walk was judged by now: a point without a truth is neither right nor wrong."""
+        """Return how many points were judged so far: a point without a true value is neither right nor wrong."""
         last = self.edge().last_right
         right = [t for t, s in self.seen.items() if s.word == "right" and last is not None and t <= last]
         blind = [t for t, s in self.seen.items() if s.word == "unjudged"]

@@ -1,4 +1,4 @@
-"""What a stability study asks of a scene, with everything that it leaves open decided; and what is wrong with it."""
+"""Plan of a robustness study: the study with all its defaults resolved, and its errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from softmark.interpreter.language.sweep_values import SweepTarget
 from softmark.interpreter.metrics.metric_base import DerivedMetric, DisplacementMetric, ForceMetric
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.planning.parameter_walk import Until
-from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, usual
+from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, default_quantities
 from softmark.interpreter.problem.body_case import Fault, body_of
 from softmark.interpreter.vocabulary.study_words import Stability
 from softmark.records import dataclass
@@ -30,8 +30,8 @@ MAPPED = 3  # quantities up to which `maps = auto` maps every pair
 
 
 @dataclass(frozen=True)
-class StudyUnderway:
-    """A study as it is carried out: `against` is the reference of its metric, `probe` where that looks, if anywhere."""
+class ResolvedStudy:
+    """Resolved study: `against` is the reference of its metric, `probe` the probe of the metric, if any."""
 
     name: str
     metric: str
@@ -44,24 +44,24 @@ class StudyUnderway:
     mapped: bool
 
 
-def asked_of(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> StudyUnderway:
-    """What a study asks; without one, of every number. The scene must be free of `doubts` about it."""
+def resolve_study(scene: Scene, study: Declared | None, only: tuple[str, ...] = ()) -> ResolvedStudy:
+    """Return the resolved study; by default, one of every number. The scene must have no errors from `doubts`."""
     thing = Stability() if study is None else study.thing
     name = "everything" if study is None else study.name
-    metric = scene.declared[thing.metric or next(judges(scene), "")]
+    metric = scene.declared[thing.metric or next(find_judging_metrics(scene), "")]
     if thing.over is None:
-        quantities = tuple(q for q in usual(scene) if follows(scene, metric, q))
+        quantities = tuple(q for q in default_quantities(scene) if follows_quantity(scene, metric, q))
     else:
         quantities = tuple(quantity_of(scene, target.name) for target in thing.over)
     mapped = thing.maps == "pairs" or (thing.maps == "auto" and len(quantities) <= MAPPED)
-    return StudyUnderway(
+    return ResolvedStudy(
         name, metric.name, metric.thing.against, metric.thing.looked_at or "", thing.within, thing.until,
         _models(scene, metric, only or thing.models or ()), quantities, mapped,
     )  # fmt: skip
 
 
-def judges(scene: Scene) -> Iterator[str]:
-    """Metrics that can judge: relative errors against something, whose own error is known in their terms."""
+def find_judging_metrics(scene: Scene) -> Iterator[str]:
+    """Yield the metrics that can judge a model: relative errors whose reference error is known in their terms."""
     for metric in scene.of_kind("metric").values():
         thing = metric.thing
         relative = thing.measured_from and (thing.looked_at or thing.concerned) and thing.unit == "1"
@@ -70,10 +70,11 @@ def judges(scene: Scene) -> Iterator[str]:
 
 
 def _comparable(scene: Scene, metric: Declared) -> bool:
-    """Whether the error of what is taken as right is known in the metric's terms.
+    """Return whether the error of the reference is known in the metric's terms.
 
-    References know theirs as a displacement, values by themselves, and theories of contact what they leave out of
-    forces; models state it by the metric itself.
+    References state it as a displacement, values have their own uncertainty, theories of contact state the neglected
+    part
+    of forces, and models estimate it for the metric.
     """
     against = scene.declared.get(metric.thing.against)
     if isinstance(metric.thing, DisplacementMetric):
@@ -88,15 +89,15 @@ def _comparable(scene: Scene, metric: Declared) -> bool:
 
 
 def is_closed_form(scene: Scene, reference: Declared) -> bool:
-    """Whether it gives values of a theory by an expression of parameters: they are those of whatever these become."""
+    """Return whether the reference gives values by an expression of parameters, so that they follow every change."""
     if not isinstance(reference.thing, GivenValues) or reference.thing.kind != "theory":
         return False
     words = re.findall(r"[A-Za-z_]\w*", reference.at("values").text)
     return any(name.rpartition(".")[2] in words for name in scene.parameters)
 
 
-def follows(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
-    """Whether the truth of a metric is one wherever a quantity is walked: a closed form knows of parameters alone."""
+def follows_quantity(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
+    """Return whether the true value of a metric follows a quantity: a closed form only follows its parameters."""
     if not isinstance(metric.thing, ErrorOfValue) or quantity.name in scene.parameters:
         return True
     owner, _, attribute = quantity.name.rpartition(".")
@@ -105,7 +106,7 @@ def follows(scene: Scene, metric: Declared, quantity: WalkedQuantity) -> bool:
 
 
 def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str, ...]:
-    """Models of the body that the metric looks at that are solved here, without the one that it is measured from."""
+    """Return the models of the metric's body that are solved here, without the one it compares with."""
     body = metric.thing.body_in(scene)
     found = []
     for name, model in scene.of_kind("model").items():
@@ -121,11 +122,11 @@ def _models(scene: Scene, metric: Declared, asked: tuple[str, ...]) -> tuple[str
 # ------------------------------------------------------------------ what is wrong
 
 
-def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
-    """Errors of a stability study in a scene that has no others."""
+def find_study_errors(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
+    """Yield the errors of a robustness study in a scene without other errors."""
     yield from _metric(scene, study)
     seen: set[str] = set()
-    judge = scene.declared.get(study.thing.metric or next(judges(scene), ""))
+    judge = scene.declared.get(study.thing.metric or next(find_judging_metrics(scene), ""))
     for target in study.thing.over or ():
         found = _target(scene, study, target, target.name in seen, judge)
         seen.add(target.name)
@@ -139,20 +140,20 @@ def doubts(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
                              "not walked", "name models that are solved here, or leave `models` out")  # fmt: skip
 
 
-def no_judge(scene: Scene, at: Location | None, name: str) -> Diagnostic:
-    """A scene in which nothing can tell right from wrong."""
+def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
+    """Return the error for a scene in which no metric can judge models."""
     references = {n: r for n, r in scene.of_kind("reference").items() if not isinstance(r.thing, TOLD)}
     against = next(iter(references), "theory")
     help = f"declare one: `metric eta = energy_norm(PROBE, against = {against})`"
     help += "" if references else ", and a reference such as `reference theory = simo_reissner(BODY)`"
     errors = {n: m.thing.measured_from for n, m in scene.of_kind("metric").items() if m.thing.measured_from}
-    lacks = "has none" if not errors else f"has none that can: {_why_not(scene, next(iter(errors)))}"
+    lacks = "has none" if not errors else f"has none that can: {_reason_against_judge(scene, next(iter(errors)))}"
     message = f"`{name}` needs a relative error to tell right from wrong, and the scene {lacks}"
     source, span = (at.source, at.span) if at else (None, None)
     return Diagnostic("E513", message, source, span, "nothing judges" if at else "", help)
 
 
-def _why_not(scene: Scene, name: str) -> str:
+def _reason_against_judge(scene: Scene, name: str) -> str:
     """Why a metric cannot judge."""
     thing = scene.declared[name].thing
     against = thing.measured_from
@@ -172,19 +173,21 @@ def _why_not(scene: Scene, name: str) -> str:
 
 
 def _metric(scene: Scene, study: Declared) -> Iterator[Diagnostic]:
-    usable = list(judges(scene))
+    """Yield errors of the study's metric."""
+    usable = list(find_judging_metrics(scene))
     name = study.thing.metric
     if name is None:
         if not usable:
-            yield no_judge(scene, study.at(), study.name)
+            yield no_judge_error(scene, study.at(), study.name)
     elif name not in usable:
-        help = f"metrics that can: {', '.join(usable)}" if usable else no_judge(scene, None, study.name).help
-        yield diagnostic("E513", study.at("metric"), _why_not(scene, name), "cannot judge", help)
+        help = f"metrics that can: {', '.join(usable)}" if usable else no_judge_error(scene, None, study.name).help
+        yield diagnostic("E513", study.at("metric"), _reason_against_judge(scene, name), "cannot judge", help)
 
 
 def _target(
     scene: Scene, study: Declared, target: SweepTarget, again: bool, judge: Declared | None
 ) -> Diagnostic | None:
+    """Return the error of a quantity that the study cannot walk, or None."""
     at = Location(study.at("over").source, target.span)
     if again:
         return diagnostic("E512", at, f"`{study.name}` walks `{target.name}` twice", "the same again", "name it once")
@@ -198,7 +201,7 @@ def _target(
         return diagnostic("E512", at, f"`{target.name}` has nowhere to go: its range ends where it is",
                           "cannot be walked",
                           "widen its range: `param h = 10 mm in 1 mm .. 100 mm`")  # fmt: skip
-    if judge is not None and not follows(scene, judge, quantity):
+    if judge is not None and not follows_quantity(scene, judge, quantity):
         truth = judge.thing.against
         return diagnostic("E512", at, f"`{target.name}` makes another problem, and `{truth}` has the value of this one",
                           "the truth stays where it is",
@@ -207,6 +210,7 @@ def _target(
 
 
 def _no_field(scene: Scene, at: Location, name: str) -> Diagnostic:
+    """Return the error for an unknown field."""
     owner, _, attribute = name.rpartition(".")
     constructor = scene.declared[owner].constructor
     close = find_misspelling(attribute, [f.name for f in constructor.fields])

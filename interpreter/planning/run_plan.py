@@ -1,7 +1,7 @@
-"""From a scene to what its questions need, and no more.
+"""Plan of a run: the tasks that the questions of a scene need, and no others.
 
-Questions are probes, metrics and expectations. A model or reference is worked on because a question is about
-it, a mesh because a model is, and each task keeps the place in the scene that asks for it.
+Questions are probes, metrics and expectations. A model or reference is solved only if a question is about it, and a
+mesh is made only if a model needs it. Each task records the place in the scene that needs it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from softmark.records import dataclass
 
 @dataclass(frozen=True)
 class Task:
-    """One piece of work: `asked` is the question that needs it, `needs` the tasks that come before it."""
+    """One task: `asked` is the question that needs it, `needs` the tasks that precede it."""
 
     kind: str  # mesh | solve | reference | probe | metric | expect
     name: str
@@ -30,7 +30,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Plan:
-    """The tasks in an order in which they can be done; `idle` are declarations that nothing asks for."""
+    """Tasks in a valid order; `idle` are declarations that no question needs."""
 
     tasks: tuple[Task, ...]
     models: tuple[str, ...]
@@ -39,45 +39,46 @@ class Plan:
 
 
 def plan_of(scene: Scene, only: tuple[str, ...] = ()) -> Plan:
-    """The plan of a scene; `only` restricts the models. Raises Fault for a model of an unclear body."""
-    asked = asked_of(scene)
+    """Return the plan of a scene; `only` restricts the models. Raises Fault for a model whose body is ambiguous."""
+    asked = find_needed(scene)
     models = tuple(n for n in scene.of_kind("model") if n in asked and (not only or n in only))
     references = tuple(n for n in scene.of_kind("reference") if n in asked)
     tasks = (
         *_meshes(scene, models, asked),
         *(_solve(scene, n, asked[n]) for n in models),
-        *(Task("reference", n, _known(scene.declared[n]), asked[n]) for n in references),
+        *(Task("reference", n, _describe_reference(scene.declared[n]), asked[n]) for n in references),
         *_questions(scene, models, references),
     )
     idle = tuple(n for n in _workers(scene) if n not in asked)
     return Plan(tasks, models, references, idle)
 
 
-def asked_of(scene: Scene) -> dict[str, Location]:
-    """Models and references that something asks for, and what does. Raises Fault for one of an unclear body."""
-    askers = _askers(scene)
+def find_needed(scene: Scene) -> dict[str, Location]:
+    """Return the needed models and references with their questions. Raises Fault for an ambiguous body."""
+    askers = _first_questions(scene)
     places = {n: askers.get(("body", body_of(scene, d))) or askers.get(("name", n)) for n, d in _workers(scene).items()}
     return {n: place for n, place in places.items() if place is not None}
 
 
 def _workers(scene: Scene) -> dict[str, Declared]:
+    """Return all models and references."""
     return {**scene.of_kind("model"), **scene.of_kind("reference")}
 
 
-def _askers(scene: Scene) -> dict[tuple[str, str], Location]:
+def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
     """The first question in the text about a `body`, or about a model or reference by its `name`."""
     found: dict[tuple[str, str], Location] = {}
     for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
         for body in _bodies(scene, question):
             found.setdefault(("body", body), question.location)
     for expectation in scene.expectations:
-        for name in named_in(expectation.node):
+        for name in names_in_expectation(expectation.node):
             found.setdefault(("name", name), expectation.location)
     return found
 
 
 def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
-    """The body that a probe or metric looks at; all where a metric is about the computation itself."""
+    """Return the body of a probe or metric; all bodies for a metric without one, such as computing time."""
     if question.kind == "metric" and question.thing.looked_at is None:
         own = question.thing.body_in(scene)
         return tuple(scene.of_kind("body")) if own is None else (own,)
@@ -85,13 +86,13 @@ def _bodies(scene: Scene, question: Declared) -> tuple[str, ...]:
     return (probe.thing.body,)
 
 
-def named_in(node: tree.Expression) -> set[str]:
-    """Models and references that an expectation is about: what stands before the dot."""
+def names_in_expectation(node: tree.Expression) -> set[str]:
+    """Return the models and references before the dots of an expectation."""
     return {name.parts[0] for name in find_metrics(node)}
 
 
 def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -> list[Task]:
-    """One mesh for all models that want the same."""
+    """Return mesh tasks, one for all models that use the same mesh."""
     wanted: dict[tuple[object, ...], list[str]] = {}
     for name in models:
         model = scene.declared[name].thing
@@ -106,6 +107,7 @@ def _meshes(scene: Scene, models: tuple[str, ...], asked: dict[str, Location]) -
 
 
 def _solve(scene: Scene, name: str, asked: Location) -> Task:
+    """Return the task that solves a model."""
     declared = scene.declared[name]
     body = body_of(scene, declared)
     needs = (f"mesh {body}",) if declared.thing.mesh_key() is not None else ()
@@ -114,7 +116,7 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
     return Task("solve", name, declared.thing.outline(case_of(scene, body)) + each, asked, needs)
 
 
-def _known(reference: Declared) -> str:
+def _describe_reference(reference: Declared) -> str:
     """What a reference is; `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions` of one that refines."""
     if reference.thing.how != "refined":
         return reference.constructor.name
@@ -124,6 +126,7 @@ def _known(reference: Declared) -> str:
 
 
 def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...]) -> list[Task]:
+    """Return the tasks of probes, metrics and expectations."""
     found, workers = [], defaultdict[str, list[str]](list)
     for name in (*models, *references):
         workers[body_of(scene, scene.declared[name])].append(name)
@@ -146,13 +149,13 @@ def _questions(scene: Scene, models: tuple[str, ...], references: tuple[str, ...
         needs = tuple(str(name) for name in (over, against) if name)
         found.append(Task("metric", metric.name, detail, metric.location, needs))
     for expectation in scene.expectations:
-        needs = tuple(sorted(named_in(expectation.node)))
+        needs = tuple(sorted(names_in_expectation(expectation.node)))
         found.append(Task("expect", "", expectation.text, expectation.location, needs))
     return found
 
 
 def _points(probe: Declared) -> str:
-    """How many points, or what kind."""
+    """Return the number of points of a probe, or its kind."""
     if probe.thing.ends is not None:
         return f"{probe.thing.points} points"
     if probe.thing.stations is None:

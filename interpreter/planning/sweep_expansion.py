@@ -1,4 +1,4 @@
-"""Sweeps carried out: which are combined, what puts one value in its place, and which number it is there."""
+"""Expansion of sweeps: combined sweeps, the override for each value, and the value of a field in a scene."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from softmark.interpreter.vocabulary.study_words import Sweep
 
 
 def override_of(sweep: Sweep, variant: Variant) -> Override:
-    """The override that puts one value of a sweep in its place."""
+    """Return the override that sets one value of a sweep."""
     place = Place(variant.at.source, [])
     return Override(sweep.target.name, variant.node, place, sweep.target.span, written="sweep({}, over = [...])",
                     text=f"{sweep.target.name}={variant.text}")  # fmt: skip
 
 
 def chain(scene: Scene, sweep: Declared) -> list[Declared]:
-    """A sweep and those that it is combined with, outermost first. Stops at what is no sweep."""
+    """Return a sweep and the sweeps it is combined with, outermost first, up to the first name that is no sweep."""
     found = [sweep]
     while isinstance(last := found[-1].thing, Sweep) and last.with_ is not None:
         found.append(scene.declared[last.with_])
@@ -27,7 +27,7 @@ def chain(scene: Scene, sweep: Declared) -> list[Declared]:
 
 
 def value_of(scene: Scene, name: str) -> float | list[Any] | str | None:
-    """What a parameter or a field is in a scene: a number or a list of numbers, SI, or a text; None where it is not."""
+    """Return the value of a parameter or field: a number or list of numbers, SI, or a text; None if there is none."""
     if name in scene.parameters:
         value = scene.parameters[name].value
         return value.value if isinstance(value, Quantity) else list(value.values)
@@ -42,6 +42,6 @@ def value_of(scene: Scene, name: str) -> float | list[Any] | str | None:
 
 
 def value_in(scene: Scene, name: str) -> float | None:
-    """The number, SI, that a parameter or a field has in a scene; None where it is none."""
+    """Return the number, SI, of a parameter or field; None if it is not a number."""
     found = value_of(scene, name)
     return None if isinstance(found, str | list) else found

@@ -1,6 +1,6 @@
-"""What a stability study can walk: numbers, whole numbers, vectors by a factor, choices; and how far each goes.
+"""Quantities that a robustness study can vary (numbers, whole numbers, scaled vectors, choices) and their ranges.
 
-To let another field go farther or less far: a line in SPANS.
+To change the range of a field: a line in SPANS.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ USUAL = (
 
 
 class Unwalkable(ValueError):
-    """What is named is no quantity that can be walked; `help` says what could be."""
+    """The name is not a quantity that can be varied; `help` gives possible ones."""
 
     def __init__(self, reason: str, help: str = "") -> None:
         super().__init__(reason)
@@ -56,7 +56,7 @@ class Unwalkable(ValueError):
 
 @dataclass(frozen=True)
 class WalkedQuantity(Plain):
-    """Something that is walked: its value in the scene, and the ways outward. A vector's value is the factor on it."""
+    """Varied quantity: its value in the scene, and the ladders outward. The value of a vector is the factor on it."""
 
     name: str
     kind: Kind
@@ -70,33 +70,33 @@ class WalkedQuantity(Plain):
 
     @property
     def unit(self) -> str:
-        """Of its values, SI."""
+        """SI unit of its values."""
         return "1" if self.vector else units.si_unit(self.dimension)
 
     def written(self, value: Value) -> str:
-        """The value as an override takes it, exactly."""
+        """Return the exact text of a value for an override."""
         if isinstance(value, str):
             return value
         unit = "" if self.dimension == units.NONE else units.si_unit(self.dimension)
         if self.vector:
-            parts = ", ".join(_plain(parameter_scale.tidy(c * value)) for c in self.vector)
+            parts = ", ".join(_plain(parameter_scale.round_to_six_digits(c * value)) for c in self.vector)
             return f"({parts}) {unit}".strip()
         number = str(int(value)) if self.kind == "integer" else _plain(value)
         return f"{number} {unit}".strip()
 
     def override(self, value: Value) -> str:
-        """`NAME=VALUE`."""
+        """Return the override `NAME=VALUE`."""
         return f"{self.name}={self.written(value)}"
 
     def entries(self) -> Mapping[str, object]:
-        """Those of the study's JSON."""
+        """Entries of the quantity in the study's JSON."""
         nominal = None if isinstance(self.nominal, str) else self.nominal
         return {"name": self.name, "unit": self.unit, "nominal": nominal, "text": self.text, "kind": self.kind,
                 "limits": self.limits or None, "options": self.options}  # fmt: skip
 
     @classmethod
     def from_json(cls, own: Mapping[str, Any]) -> Self:
-        """From its entry, which has no ladders."""
+        """Read the quantity from its JSON entry, which has no ladders."""
         text, unit = str(own.get("text") or ""), str(own.get("unit") or "1")
         nominal, kind = own.get("nominal"), cast("Kind", own.get("kind") or "reach")
         limits, options = own.get("limits"), tuple(own.get("options") or ())
@@ -107,7 +107,7 @@ class WalkedQuantity(Plain):
 
 
 def _plain(value: float) -> str:
-    """The shortest text that reads back as this number, without a sign before zero."""
+    """Return the shortest text that reads back as this number, without a sign before zero."""
     return repr(float(value) + 0.0).removesuffix(".0")
 
 
@@ -115,7 +115,7 @@ def _plain(value: float) -> str:
 
 
 def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
-    """The quantity that a target names. Raises Unwalkable, and KeyError for what is no name of the scene."""
+    """Return the quantity that a target names. Raises Unwalkable, and KeyError for an unknown name."""
     if name in scene.parameters:
         return _of_parameter(scene, scene.parameters[name])
     owner, _, attribute = name.rpartition(".")
@@ -138,12 +138,12 @@ def quantity_of(scene: Scene, name: str) -> WalkedQuantity:
     if field.varies and not isinstance(value, float | int):
         raise Unwalkable(f"`{name}` varies in space", "walk a parameter of its expression, such as a factor")
     if attribute == "poisson":
-        return _gap(name, float(value), None)
+        return _poisson_quantity(name, float(value), None)
     return _number(name, float(value), field.dimension or units.NONE, SPANS.get(attribute, SPAN), field.interval)
 
 
-def usual(scene: Scene) -> Iterator[WalkedQuantity]:
-    """Every number of a scene that it makes sense to walk: parameters with a range, and the fields of USUAL."""
+def default_quantities(scene: Scene) -> Iterator[WalkedQuantity]:
+    """Yield every number of a scene that is worth varying: parameters with a range, and the fields of USUAL."""
     names = [n for n, p in scene.parameters.items() if "." not in n and p.interval is not None]
     for kind, attribute in USUAL:
         names += [f"{d.name}.{attribute}" for d in scene.of_kind(kind).values() if _has(d, attribute)]
@@ -163,6 +163,7 @@ def _has(declared: Declared, attribute: str) -> bool:
 
 
 def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuantity:
+    """Return a quantity with a fixed set of choices."""
     alike = (word for word in scene.vocabulary.words() if (word in PLANE) == (value in PLANE))  # of bodies of its kind
     options = ("yes", "no") if field.form == "flag" else field.options or tuple(alike)
     own = ("yes" if value else "no") if field.form == "flag" else str(value)
@@ -170,6 +171,7 @@ def _of_choice(scene: Scene, name: str, field: Field, value: Any) -> WalkedQuant
 
 
 def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> WalkedQuantity:
+    """Return a quantity that scales a vector."""
     if not any(value):
         raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", "give it a size to start from")
     return _laddered(name, "factor", 1.0, units.format_vector(value, dimension), dimension, SPAN, vector=tuple(value))
@@ -178,7 +180,7 @@ def _of_vector(name: str, value: tuple[float, ...], dimension: Dimension) -> Wal
 def _number(
     name: str, value: float, dimension: Dimension, span: tuple[float, float], interval: Interval | None
 ) -> WalkedQuantity:  # fmt: skip
-    """A number by factors, as far as its span and the range of its field reach."""
+    """Return a quantity with logarithmic ladders, limited by its span and the range of its field."""
     if value == 0:
         help = "give it a size to start from, or walk a parameter with a range: `param a = 0 in 0 .. 10`"
         raise Unwalkable(f"`{name}` is zero, and no multiple of it is another", help)
@@ -195,7 +197,7 @@ def _laddered(
     name: str, kind: Kind, value: float, text: str, dimension: Dimension, span: tuple[float, float],
     vector: tuple[float, ...] = (),
 ) -> WalkedQuantity:  # fmt: skip
-    low, high = (parameter_scale.tidy(value * f) for f in span)
+    low, high = (parameter_scale.round_to_six_digits(value * f) for f in span)
     ways = (_multiplied(value, high, "up"), _multiplied(value, low, "down"))
     limits = (min(low, high), max(low, high))
     return WalkedQuantity(name, kind, value, text, dimension, limits, vector=vector,
@@ -203,27 +205,28 @@ def _laddered(
 
 
 def _multiplied(value: float, limit: float, direction: parameter_scale.Direction) -> Ladder | None:
-    return parameter_scale.multiplied(value, limit, direction) if limit * value > 0 else None
+    return parameter_scale.logarithmic_ladder(value, limit, direction) if limit * value > 0 else None
 
 
 def _whole(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
+    """Return a quantity of whole numbers."""
     if value < 1:
         raise Unwalkable(f"`{name}` is {value}, and no multiple of it is another", "start from one or more")
     low, high = 1, value * DOUBLINGS
     if interval is not None:
         low, high = max(low, int(interval.low)), int(min(high, interval.high))
-    ways = (parameter_scale.doubled(value, high, "up"), parameter_scale.doubled(value, low, "down"))
+    ways = (parameter_scale.doubling_ladder(value, high, "up"), parameter_scale.doubling_ladder(value, low, "down"))
     return WalkedQuantity(name, "integer", float(value), str(value), limits=(float(low), float(high)),
                     ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
-def _gap(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
+def _poisson_quantity(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
     """Poisson's ratio: towards 0.5 by decades, and down past zero."""
     low = max(LOWEST, interval.low) if interval else LOWEST
     high = min(parameter_scale.INCOMPRESSIBLE, interval.high) if interval else parameter_scale.INCOMPRESSIBLE
     ways = (
-        parameter_scale.closing(value, high),
-        parameter_scale.stretched(value, low, "down", POISSONS) if low < value else None,
+        parameter_scale.poisson_ladder(value, high),
+        parameter_scale.linear_ladder(value, low, "down", POISSONS) if low < value else None,
     )
     return WalkedQuantity(name, "gap", value, f"{value:g}", limits=(low, high),
                     ladders=tuple(w for w in ways if w is not None))  # fmt: skip
@@ -233,13 +236,14 @@ def _gap(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
 
 
 def _of_parameter(scene: Scene, parameter: Parameter) -> WalkedQuantity:
+    """Return the quantity of a parameter of the scene."""
     value, name, interval = parameter.value, parameter.name, parameter.interval
     if isinstance(value, VectorValue):
         return _of_vector(name, value.values, value.dimension)
     if not isinstance(value, Number):
         raise Unwalkable(f"`{name}` is no number", "walk a number, a vector or a choice")
     if value.dimension == units.NONE and _is_poisson(scene, name, value.value):
-        return _gap(name, value.value, interval)
+        return _poisson_quantity(name, value.value, interval)
     if value.dimension == units.NONE and value.value == int(value.value) and _must_be_whole(scene, name, value.value):
         return _whole(name, int(value.value), interval)
     if interval is None:
@@ -248,24 +252,24 @@ def _of_parameter(scene: Scene, parameter: Parameter) -> WalkedQuantity:
 
 
 def _in_range(name: str, value: float, dimension: Dimension, interval: Interval) -> WalkedQuantity:
-    """To both ends of a range: by factors where the end has its sign, else in parts; from zero by decades."""
+    """Return a quantity with ladders to both ends of a range: logarithmic if possible, linear otherwise."""
     ways: list[Ladder | None] = []
     ends: tuple[tuple[parameter_scale.Direction, float], ...] = (("up", interval.high), ("down", interval.low))
     for direction, end in ends:
         if end == value:
             continue
         if value == 0:
-            ways.append(parameter_scale.from_zero(end, direction))
+            ways.append(parameter_scale.decades_from_zero(end, direction))
         elif end * value > 0:
-            ways.append(parameter_scale.multiplied(value, end, direction))
+            ways.append(parameter_scale.logarithmic_ladder(value, end, direction))
         else:
-            ways.append(parameter_scale.stretched(value, end, direction))
+            ways.append(parameter_scale.linear_ladder(value, end, direction))
     kind: Kind = "reach" if value == 0 else "factor"
     return WalkedQuantity(name, kind, value, units.format_value(value, dimension) if value else "0", dimension,
                     (interval.low, interval.high), ladders=tuple(w for w in ways if w is not None))  # fmt: skip
 
 
-def _tried(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
+def _compile_with_value(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
     from softmark.interpreter.language.compiler import recompile
 
     override = parameter_overrides.read_override(f"{name}={_plain(value)}", [])
@@ -273,15 +277,15 @@ def _tried(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
 
 
 def _is_poisson(scene: Scene, name: str, value: float) -> bool:
-    """Whether a parameter is Poisson's ratio of a material: a change of it is one of the material's."""
+    """Return whether a parameter is Poisson's ratio of a material, by changing it."""
     own = {n: d.thing.poisson for n, d in scene.declared.items() if d.value("poisson") == value}
     if not own or not -1 < value < parameter_scale.INCOMPRESSIBLE:
         return False
     changed = value - 1e-3 * (parameter_scale.INCOMPRESSIBLE - value)
-    other, _ = _tried(scene, name, changed)
+    other, _ = _compile_with_value(scene, name, changed)
     return any(other.declared[n].value("poisson") == changed for n in own if n in other.declared)
 
 
 def _must_be_whole(scene: Scene, name: str, value: float) -> bool:
-    """Whether half a unit more is refused, as for a number of segments."""
-    return any(d.code == "E204" for d in _tried(scene, name, value + 0.5)[1])
+    """Return whether a value half a unit larger is refused, as for a number of segments."""
+    return any(d.code == "E204" for d in _compile_with_value(scene, name, value + 0.5)[1])

@@ -45,10 +45,10 @@ def distances(case: Case, X: Floats) -> tuple[Floats, float]:
     shape = case.shape
     if isinstance(shape, MeshFile):
         from softmark.solvers.mesh.element_interpolation import locate_points
-        from softmark.solvers.mesh.files.mesh_reader import read
+        from softmark.solvers.mesh.files.mesh_reader import read_cells
 
         known = located(shape, case.shaped)
-        mesh = read(known.path, known.unit, known.coincident, pieces=known.pieces)
+        mesh = read_cells(known.path, known.unit, known.coincident, pieces=known.pieces)
         return locate_points(mesh, X).outside, mesh.extent
     bounds = located(shape, case.shaped).bounds
     assert bounds is not None  # but of a file of cells

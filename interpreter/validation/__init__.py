@@ -1,8 +1,11 @@
-"""All that a scene can say, and all that can be wrong with it before anything is built.
+"""Validation: the vocabulary of scenes, and all errors and warnings before anything is built.
 
-    catalogue      every table of words: the one place that knows them all
-    load           from a text to a scene, and all that is to be said of it
-    check, lints   errors and warnings; `given` of files, `sweeps` of studies, `refinements`, `resolving`, ...
+    constructor_registry   all tables of constructors
+    scene_loader           from a text to a scene and its diagnostics
+    scene_checks           errors of a compiled scene; `value_warnings` has the warnings
+    *_checks               errors of one topic: contact, states, curves, references, sweeps, ...
+    plugin_loader          words of plugins
 
-Imports rooms up to the models, of which only the words. To add a check: a function, and a line in `check`.
+Imports packages up to the models, of which only the declarations. To add a check: write a function that yields
+diagnostics, and add a line in `scene_checks`.
 """

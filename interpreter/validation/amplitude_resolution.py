@@ -1,8 +1,8 @@
-"""Whether the time step of a scene shows the courses of its loads, muscles and supports; all are in the text.
+"""Checks that the time step resolves the amplitudes of loads, muscles and supports.
 
-Loads enter as their exact means over each step, so that a short pulse has the right impulse; what swings faster than
-steps follow is seen as something slower. Supports are held where they are at the ends of steps, and what they do
-between two is not seen at all.
+Loads enter as their exact means over each step, so that a short pulse has the right impulse; oscillations faster than
+the steps appear slower than they are (aliasing). Supports are prescribed at the ends of steps, and their motion within
+a step is lost.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ MISSED = 0.3  # of a table's largest value: what four steps to a swing miss, 1 -
 OFF = 0.05  # and ten, 1 - cos(pi / 10)
 
 
-def unresolved(scene: Scene) -> Iterator[Diagnostic]:
-    """Courses that the step does not show: errors where what is computed would be another course, else warnings."""
+def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
+    """Yield diagnostics of amplitudes that the step does not resolve: errors for aliasing, otherwise warnings."""
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
     if isinstance(analysis, Quasistatic):
-        yield from _remembered(scene, analysis)
+        yield from _check_quasistatic(scene, analysis)
     if not isinstance(analysis, Dynamic):
         return
     for declared in find_time_dependent(scene):
@@ -52,13 +52,13 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
         if course is None:
             continue
         if isinstance(course, Table):
-            yield from _tabled(declared, course, analysis)
+            yield from _check_table(declared, course, analysis)
         elif isinstance(course, Sine):
-            yield from _swinging(declared, course, analysis.step)
+            yield from _check_sine(declared, course, analysis.step)
         elif course.start >= analysis.duration:
-            yield _late(declared, course.start, analysis.duration)
+            yield _begins_too_late(declared, course.start, analysis.duration)
         elif declared.kind == "support":
-            yield from _moved(declared, course, analysis.step)
+            yield from _check_moving_support(declared, course, analysis.step)
         elif isinstance(course, Pulse) and _width(course) < analysis.step * (1.0 - NEAR):
             yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` is shorter than a step",
                              f"{_time(_width(course))} of a step of {_time(analysis.step)}",
@@ -66,49 +66,49 @@ def unresolved(scene: Scene) -> Iterator[Diagnostic]:
                              f" {_time(_round(_width(course) / SHOWN))} or less")  # fmt: skip
 
 
-def _remembered(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
+def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
     """Without inertia, where steps end at every break of a course: swings that bodies would remember otherwise."""
     materials = [m.thing for m in scene.of_kind("material").values()]
     remembers = any(getattr(thing, "branches", ()) or porous(thing) for thing in materials)
     for declared in find_time_dependent(scene):
         course = at_full_size(declared.thing).course
         if isinstance(course, Sine) and remembers:
-            yield from _swinging(declared, course, analysis.step)
+            yield from _check_sine(declared, course, analysis.step)
         elif isinstance(course, Table):
-            yield from _misnamed(declared, course)
+            yield from _check_column_unit(declared, course)
         elif isinstance(course, Pulse | Ramp | Smooth) and course.start >= analysis.duration:
-            yield _late(declared, course.start, analysis.duration)
+            yield _begins_too_late(declared, course.start, analysis.duration)
         elif isinstance(course, Pulse) and not _width(course):
             yield diagnostic("W378", declared.at("course"), f"the pulse of `{declared.name}` ends before it begins",
                              f"from {_time(course.start)} until {_time(course.until)}",
                              "it plays no part; `until` is the time at which it ends")  # fmt: skip
 
 
-def _late(declared: Declared, start: float, end: float) -> Diagnostic:
+def _begins_too_late(declared: Declared, start: float, end: float) -> Diagnostic:
     return diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
                       f"at {_time(start)}, and the end is at {_time(end)}",
                       "it plays no part; analyse a longer `duration`")  # fmt: skip
 
 
-def shows(case: Case, step: float) -> bool:
-    """Whether steps of this length show every swing of a case's loads and supports."""
+def is_resolved_by_step(case: Case, step: float) -> bool:
+    """Return whether steps of this length resolve all amplitudes of a case."""
     things = [d.thing for d in (*case.loads, *case.muscles, *case.supports)]
     swings = [t.course for t in things if isinstance(t.course, Sine)]
     tables = [t.course for t in things if isinstance(t.course, Table)]
     end = case.analysis.duration if isinstance(case.analysis, Dynamic) else 0.0
-    followed = all(_left_out(course, step, end) <= MISSED for course in tables)
+    followed = all(_table_deviation(course, step, end) <= MISSED for course in tables)
     return followed and all(1.0 / (c.frequency * step) >= SEEN for c in swings)
 
 
-def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
+def _check_table(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
     """Of a table: how far it is from straight lines between the ends of steps."""
     if course.path.startswith("data:"):
         return  # which is looked at when it runs
     if (fault := table_fault(declared, analysis.duration)) is not None:
         yield fault
         return
-    yield from _misnamed(declared, course)
-    left = _left_out(course, analysis.step, analysis.duration)
+    yield from _check_column_unit(declared, course)
+    left = _table_deviation(course, analysis.step, analysis.duration)
     label = f"between the ends of steps of {_time(analysis.step)} it goes up to {100.0 * left:.2g} % of it elsewhere"
     if left > MISSED and declared.kind == "support":
         yield diagnostic("E316", declared.at("course"), f"the step does not show the table of `{declared.name}`", label,
@@ -121,19 +121,19 @@ def _tabled(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Di
                          label, f"{help}: take a shorter step, or a table without what does not matter")  # fmt: skip
 
 
-def _misnamed(declared: Declared, course: Table) -> Iterator[Diagnostic]:
+def _check_column_unit(declared: Declared, course: Table) -> Iterator[Diagnostic]:
     if units.has_conflicting_unit(course.at_, course.time_unit, units.TIME):
         yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
                          f"{_time(course.time_unit)} here",
                          "one of the two is wrong, unless the column has the wrong name: give `time_unit`")  # fmt: skip
 
 
-def _left_out(course: Table, step: float, duration: float) -> float:
+def _table_deviation(course: Table, step: float, duration: float) -> float:
     """The largest distance of a table from straight lines between the ends of steps, relative to its largest value."""
     return max((off for _, off in deviations_between_steps(course.rows, step, duration)), default=0.0)
 
 
-def _swinging(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:
+def _check_sine(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:
     count = 1.0 / (course.frequency * step)
     if count >= SHOWN * (1.0 - NEAR):
         return
@@ -150,7 +150,7 @@ def _swinging(declared: Declared, course: Sine, step: float) -> Iterator[Diagnos
                          f" {better} or less")  # fmt: skip
 
 
-def _moved(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
+def _check_moving_support(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
     """Of a support that moves: where it is between two steps plays no part."""
     if not isinstance(course, Pulse):
         if course.over < step * (1.0 - NEAR):
@@ -165,7 +165,7 @@ def _moved(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> It
                          f"{width / step:.2g} steps of {_time(step)}",
                          "where a support is between two steps is not seen: take a step of"
                          f" {_time(_round(width / SHOWN))} or less")  # fmt: skip
-    elif width < SHOWN * step and not (_whole(course.start / step) and _whole(course.until / step)):
+    elif width < SHOWN * step and not (_is_whole(course.start / step) and _is_whole(course.until / step)):
         yield diagnostic("W378", declared.at("course"),
                          f"the pulse of `{declared.name}` begins or ends between two steps",
                          f"{width / step:.3g} steps of {_time(step)}",
@@ -174,16 +174,16 @@ def _moved(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> It
 
 
 def _width(course: Pulse) -> float:
-    """How long it acts, s."""
+    """Return the duration of a pulse, s."""
     return max(0.0, course.until - course.start)
 
 
-def _whole(number: float) -> bool:
+def _is_whole(number: float) -> bool:
     return abs(number - round(number)) < NEAR
 
 
 def _round(step: float) -> float:
-    """Down to two digits."""
+    """Round down to two digits."""
     if not step > 0.0:
         return step
     digit = 10.0 ** (math.floor(math.log10(step)) - 1)

@@ -1,6 +1,6 @@
-"""All that a scene can declare: the one place that knows every table of constructors.
+"""Registry of all constructors that a scene can use.
 
-To add a kind of declaration: its table, and a line here.
+To add a kind of declaration: write its table, and add a line here.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ CATALOGUE = Vocabulary(
 )
 
 
-def compiled(
+def compile_source(
     source: Source, folder: Path, file: Path | None = None, overrides: Sequence[str] = (), plugins: Sequence[str] = ()
 ) -> tuple[Scene, list[Diagnostic]]:
-    """The scene of a text, and all diagnostics; it is complete only if none of them is an error.
+    """Compile a text; return its scene, complete only without errors, and all diagnostics.
 
-    `plugins` are files or names of plugins that it may take words of: what is wrong with them is said, too.
+    `plugins` are files or names of plugins whose words it may use; their errors are included.
     """
     vocabulary, found = vocabulary_with(plugins)
     scene, diagnostics = compile_scene(source, folder, file, overrides, vocabulary)
@@ -51,7 +51,7 @@ def compiled(
 
 
 def vocabulary_with(plugins: Sequence[str]) -> tuple[Vocabulary, list[Diagnostic]]:
-    """Our words and those of plugins, and what is wrong with these; nothing is loaded where none is named."""
+    """Return the vocabulary with the words of plugins, and the plugins' errors; nothing is loaded without plugins."""
     if not plugins:
         return CATALOGUE, []
     from softmark.interpreter.validation.plugin_loader import vocabulary_of

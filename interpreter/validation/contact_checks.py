@@ -1,4 +1,4 @@
-"""What rigid bodies and contacts may be: of a scene alone, before anything is built."""
+"""Checks of rigid bodies and contacts that need only the scene."""
 
 from __future__ import annotations
 
@@ -45,16 +45,16 @@ MOVED = "a rigid body is `fixed(...)`, `displaced(...)` or `turned(...)` as a wh
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Of contacts, and of what else is declared about rigid bodies."""
+    """Yield the errors of contacts and rigid bodies."""
     contacts = list(scene.of_kind("contact").values())
     between = [c for c in contacts if isinstance(c.thing, Between)]
     for contact in between:
-        yield from _between(scene, contact)
-        yield from _mirrored(scene, contact)
+        yield from _check_bodies(scene, contact)
+        yield from _check_symmetry(scene, contact)
     for contact in contacts:
         if not isinstance(contact.thing, Between):
-            yield from _deforming(scene, contact)
-    yield from _twice(contacts)
+            yield from _check_deformable(scene, contact)
+    yield from _check_duplicates(contacts)
     named = {c.thing.rigid for c in between}
     sure = bool(named) and all(
         is_rigid(scene.declared[name]) for name in named
@@ -64,11 +64,11 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("W614", body.at(), f"no contact names `{body.name}`, which is rigid: it touches nothing",
                              "without a contact", "say what it touches: `contact touch = between("
                              f"{body.name}, BODY)`, or leave it out")  # fmt: skip
-        yield from _about(scene, body)
-        yield from _together(scene, body)
+        yield from _check_actions(scene, body)
+        yield from _check_supports(scene, body)
 
 
-def _deforming(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """That what touches itself, or is glued, deforms."""
     body, kind = scene.declared[contact.thing.body], contact.constructor.name
     if is_rigid(body):
@@ -77,12 +77,12 @@ def _deforming(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
                          f"{body.name}, BODY)`")  # fmt: skip
 
 
-def _twice(contacts: list[Declared]) -> Iterator[Diagnostic]:
+def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
     """Contacts of the same bodies at the same places: each would bear a part, with a friction of its own."""
     for i, later in enumerate(contacts):
         for first in contacts[:i]:
             one = later.thing
-            if _what(one) == _what(first.thing):
+            if _contact_key(one) == _contact_key(first.thing):
                 between = isinstance(one, Between)
                 whose = f"between `{one.rigid}` and `{one.body}`" if between else f"of `{one.body}` with itself"
                 yield diagnostic("E616", later.at(), f"`{later.name}` is {whose}, as `{first.name}` is",
@@ -90,12 +90,12 @@ def _twice(contacts: list[Declared]) -> Iterator[Diagnostic]:
                                  "a part of the surface: `where = x <= 0 mm`")  # fmt: skip
 
 
-def _what(thing: Any) -> tuple[Any, ...]:
+def _contact_key(thing: Any) -> tuple[Any, ...]:
     """What a contact is between, and where."""
     return type(thing), getattr(thing, "rigid", None), thing.body, thing.where
 
 
-def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """That it has one rigid body and one that deforms, and that there is a distance between them."""
     first, second = (scene.declared[name] for name in (contact.thing.rigid, contact.thing.body))
     if not is_rigid(first):
@@ -115,10 +115,10 @@ def _between(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
         yield diagnostic("E652", contact.at("body"), f"`{second.name}` is rigid, and {problem}", what,
                          "what presses is found by how a body deforms: rigid bodies do not meet")  # fmt: skip
     elif not first.thing.shape.fault and not second.thing.shape.fault:
-        yield from _apart(scene, contact, first, second)
+        yield from _check_geometry(scene, contact, first, second)
 
 
-def _mirrored(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
+def _check_symmetry(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
     """That planes of symmetry of the body that deforms are such of how the rigid one is led."""
     mirrors = [s for s in scene.acting("support", contact.thing.body) if isinstance(s.thing, Symmetric)]
     for mirror, way in product(mirrors, scene.acting("support", contact.thing.rigid)):
@@ -126,7 +126,7 @@ def _mirrored(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
             yield fault
 
 
-def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
+def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
     """That the rigid body has a gap function, that fits the plane, and that it is not inside the other."""
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
@@ -145,7 +145,7 @@ def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -
                          "put it on the y axis, or press a `solid`")  # fmt: skip
     elif missed := beside_plane(first, second, low[2], high[2]):
         yield missed
-    elif shape.contains((x, y, z)) and _holds(second.thing.shape, (x, y, z)):
+    elif shape.contains((x, y, z)) and _is_inside(second.thing.shape, (x, y, z)):
         yield diagnostic("E612", contact.at(), f"`{first.name}` is inside `{second.name}`: its middle is in the matter "
                          "of that", "inside from the start", "move it out, so that it touches at most, and let a "
                          "support bring it: `displaced(..., by = ...)`; an inclusion is a `region` with a material of "
@@ -154,7 +154,7 @@ def _apart(scene: Scene, contact: Declared, first: Declared, second: Declared) -
         yield from overlapping(scene, contact, first, second)
 
 
-def _holds(shape: Shape, point: Vector3) -> bool:
+def _is_inside(shape: Shape, point: Vector3) -> bool:
     """Whether a point is within a shape, and not on its surface; False where that is not known without its mesh."""
     if shape.bounds is None or shape.prebuilt or shape.enclosed:
         return False
@@ -162,13 +162,13 @@ def _holds(shape: Shape, point: Vector3) -> bool:
     return all(a < c < b for a, c, b in zip(low, point, high, strict=True)) and bool(shape.contains(point))
 
 
-def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
+def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
     """Supports of a part of a rigid body, and what it takes none of."""
     for declared in scene.declared.values():
         thing = declared.thing
         if declared.kind in ("contact", "metric") or getattr(thing, "body", None) != body.name:
             continue
-        if declared.kind == "load" and _pulls(scene, body, thing):
+        if declared.kind == "load" and _is_load_of_rigid_body(scene, body, thing):
             if isinstance(thing, Torque) and thing.where is not EVERYWHERE:
                 yield diagnostic("E656", declared.at("where"), f"`{body.name}` is rigid: a moment turns all of it",
                                  "no part of a rigid body", "leave `where` out")  # fmt: skip
@@ -184,13 +184,13 @@ def _about(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
                              "no part of a rigid body", "leave `where` out")  # fmt: skip
 
 
-def _pulls(scene: Scene, body: Declared, load: Any) -> bool:
+def _is_load_of_rigid_body(scene: Scene, body: Declared, load: Any) -> bool:
     """Whether a load is one of a rigid body, in motion or at rest."""
     at_rest = isinstance(load, PointForce) and at_rest_pressed(scene, body)
     return at_rest or (body.thing.free and isinstance(load, PointForce | Torque))
 
 
-def _together(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
+def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
     """Supports of a rigid body that do not go together: it turns once, as a whole, and what is held does not move."""
     before: list[Declared] = []
     for support in scene.acting("support", body.name):
@@ -201,14 +201,14 @@ def _together(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
             label, help = "a rigid body turns as a whole", "leave `components` out"
             yield diagnostic("E657", support.at("components"), problem, label, help)
         for other in before:
-            if (what := _both(other.thing, support.thing)) is not None:
+            if (what := _find_conflict(other.thing, support.thing)) is not None:
                 yield diagnostic("E657", support.at(), f"`{other.name}` and `{support.name}` both {what} `{body.name}`",
                                  "not both", "keep one of them: a rigid body turns about one axis, first, and then "
                                  "goes by the sum of what it is displaced by")  # fmt: skip
         before.append(support)
 
 
-def _both(one: Fixed | Displaced | Turned, other: Fixed | Displaced | Turned) -> str | None:
+def _find_conflict(one: Fixed | Displaced | Turned, other: Fixed | Displaced | Turned) -> str | None:
     """What two supports of a rigid body do not agree on, in a word; ways that it is displaced add up."""
     turns = [isinstance(support, Turned) for support in (one, other)]
     if all(turns):

@@ -1,4 +1,4 @@
-"""What is wrong with measured curves and with what is compared with them, as far as the text and the tables tell."""
+"""Checks of measured curves and of the metrics compared with them, as far as text and tables show."""
 
 from __future__ import annotations
 
@@ -22,24 +22,25 @@ NEAR = 1e-9  # relative, of ends
 
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
-    """All of it, where nothing is wrong with the declaration already."""
+    """Yield all errors of curves whose declarations have no errors yet."""
     for reference in _curves(scene):
-        told = list(_stated(reference))
-        yield from told or _named(reference)
+        told = list(_check_uncertainty(reference))
+        yield from told or _check_column_units(reference)
     for metric in scene.of_kind("metric").values():
         blamed = any(d.severity == "error" and metric.contains(d) for d in found)
         if isinstance(metric.thing, CurveMetric) and not blamed:
-            yield from _compared(scene, metric)
+            yield from _check_metric(scene, metric)
 
 
 def _curves(scene: Scene) -> list[Declared]:
+    """Return the references that are curves."""
     return [d for d in scene.of_kind("reference").values() if isinstance(d.thing, CurveFromFile)]
 
 
 # ------------------------------------------------------------------ the curve
 
 
-def _stated(reference: Declared) -> Iterator[Diagnostic]:
+def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
     """Its uncertainty, and amounts that are of the dimensions of its columns."""
     thing: CurveFromFile = reference.thing
     if isinstance(thing, ConsensusCurve) and (fault := _band(reference)) is not None:
@@ -59,7 +60,7 @@ def _stated(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _band(reference: Declared) -> Diagnostic | None:
-    """A band of which one end is missing, or that is said in two ways; and no word of how many codes there are."""
+    """Check that a band has both ends, is given in one way, and states the number of codes."""
     thing: ConsensusCurve = reference.thing
     ends = [field for field in ("low", "high") if getattr(thing, field)]
     why, field = "", ends[0] if ends else ""
@@ -82,7 +83,7 @@ def _band(reference: Declared) -> Diagnostic | None:
     return None
 
 
-def _named(reference: Declared) -> Iterator[Diagnostic]:
+def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
     """A column whose name says another unit than the scene: `Load (N)` with `y_unit = 1 kN`."""
     thing: CurveFromFile = reference.thing
     for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
@@ -98,23 +99,23 @@ def _named(reference: Declared) -> Iterator[Diagnostic]:
 # ------------------------------------------------------------------ what is compared with it
 
 
-def _compared(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
+def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """The metric must have a curve, of the dimensions of the reference, over its range, and back for a loop."""
     thing: CurveMetric = metric.thing
     reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
     if reference is not None and not isinstance(reference.thing, CurveFromFile):
         return
-    refusal = _courseless(scene, metric, of, isinstance(analysis, Dynamic), isinstance(analysis, Quasistatic))
+    refusal = _check_has_curve(scene, metric, of, isinstance(analysis, Dynamic), isinstance(analysis, Quasistatic))
     if refusal is None and isinstance(thing, Hysteresis):
-        refusal = _without_loop(metric, reference)
+        refusal = _check_unloading(metric, reference)
     if refusal is not None:
         yield refusal
     elif reference is not None:
-        yield from _against(scene, metric, of, reference, analysis)
+        yield from _check_dimensions(scene, metric, of, reference, analysis)
 
 
-def _without_loop(metric: Declared, reference: Declared | None) -> Diagnostic | None:
+def _check_unloading(metric: Declared, reference: Declared | None) -> Diagnostic | None:
     """A measured curve that never unloads."""
     if reference is None or not cheap(reference.thing.files):
         return None
@@ -128,7 +129,9 @@ def _without_loop(metric: Declared, reference: Declared | None) -> Diagnostic | 
                       "what it loses is known of a table that goes on while the machine unloads")  # fmt: skip
 
 
-def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, analysis: Any) -> Iterator[Diagnostic]:
+def _check_dimensions(
+    scene: Scene, metric: Declared, of: Declared, reference: Declared, analysis: Any
+) -> Iterator[Diagnostic]:
     """The dimensions of both axes, and whether a motion goes over what was measured."""
     thing: CurveMetric = metric.thing
     along = units.TIME
@@ -143,10 +146,10 @@ def _against(scene: Scene, metric: Declared, of: Declared, reference: Declared, 
                              f"compare with a curve whose `{axis}_unit` is {name}, in {units.usual_units(due)}")  # fmt: skip
             return
     if isinstance(analysis, Dynamic | Quasistatic) and thing.over is None:
-        yield from _reached(metric, reference, analysis.duration)
+        yield from _check_time_range(metric, reference, analysis.duration)
 
 
-def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
+def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
     """Of what has no curve: errors, in time what is not followed, and at rest what says not along what it goes."""
     thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
@@ -182,7 +185,7 @@ def _courseless(scene: Scene, metric: Declared, of: Declared, moving: bool, time
     return None
 
 
-def _reached(metric: Declared, reference: Declared, duration: float) -> Iterator[Diagnostic]:
+def _check_time_range(metric: Declared, reference: Declared, duration: float) -> Iterator[Diagnostic]:
     """Of a measured course the part that an analysis does not reach is not judged."""
     if not cheap(reference.thing.files):
         return

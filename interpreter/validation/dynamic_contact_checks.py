@@ -1,4 +1,4 @@
-"""What contacts cannot be in a motion: explicit steps, which find out too late; and what is asked of a motion."""
+"""Checks of contacts in dynamic analyses, and of contact metrics over time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.interpreter.vocabulary.self_contact_words import Itself
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Of scenes with contacts whose analysis is dynamic."""
+    """Yield errors of contacts in a dynamic analysis, such as explicit steps, which detect contact too late."""
     contacts = list(scene.of_kind("contact").values())
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if not contacts or analysis is None or not isinstance(analysis.thing, Dynamic):
@@ -31,7 +31,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def asked(scene: Scene) -> Iterator[Diagnostic]:
-    """Of metrics of forces: which of their values in a motion where there is none; in one, what is known at rest."""
+    """Yield errors of force metrics: values over time in a static analysis, and static metrics in a dynamic one."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     moving = analysis is not None and isinstance(analysis.thing, Dynamic)
     for metric in scene.of_kind("metric").values():

@@ -1,4 +1,4 @@
-"""Files and selections that a run would refuse, found by what can be told without numerics: names, headers, bounds."""
+"""Checks of files and selections that a run would refuse, by names, headers and bounds only."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST = 4000  # cells of a body that are looked at
 
 
 def meshes(scene: Scene) -> Iterator[Diagnostic]:
-    """Files that a model would mesh with and that cannot hold a solid."""
+    """Yield errors of mesh files that cannot hold a solid."""
     said: set[Location | Diagnostic] = set()
     for model in scene.asked("model").values():
         if model.thing.mesh_key() is None:
@@ -50,18 +50,18 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
         path = shape.file if shape.prebuilt else ""
         here = path and not path.startswith("data:")
         if here and shape.flat:
-            if at not in said and (refusal := _unread(model, case, shape)) is not None:
+            if at not in said and (refusal := _plane_region_error(model, case, shape)) is not None:
                 said.add(at)
                 yield refusal
             continue
-        doubt = _doubt(path) if here else None
+        doubt = _file_error(path) if here else None
         if doubt is not None and at not in said:
             said.add(at)
             problem = f"the mesh of `{case.body.name}` cannot be used: {doubt[0]}"
             yield diagnostic("E403", at, problem, "no solid mesh", doubt[1])
 
 
-def _unread(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
+def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
     """Why a file has no plane region, or not for a model: it is read when a scene is checked, since where it lies
     decides what is held."""
     from softmark.solvers.elements.plane import PLANE
@@ -77,14 +77,14 @@ def _unread(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
     return None
 
 
-def _doubt(path: str) -> tuple[str, str] | None:
+def _file_error(path: str) -> tuple[str, str] | None:
     from softmark.solvers.mesh.files import mesh_formats  # no scene without a mesh file needs to know of formats
 
     return mesh_formats.find_format_problem(path)
 
 
 def groups(scene: Scene) -> Iterator[Diagnostic]:
-    """Groups that a mesh file does not have, or not as they are used."""
+    """Yield errors of groups that a mesh file lacks, or that are of the wrong kind."""
     said: set[str] = set()
     for model in scene.asked("model").values():
         try:
@@ -98,6 +98,7 @@ def groups(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
+    """Yield errors of the groups of one case."""
     from softmark.interpreter.problem import group_conditions  # reads the mesh: of no scene without groups
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
@@ -110,7 +111,7 @@ def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
 
 
 def tables(scene: Scene) -> Iterator[Diagnostic]:
-    """Tables of tracked points and curves that have not what such a table must have."""
+    """Yield errors of tables of tracked points and curves with missing columns."""
     for reference in scene.of_kind("reference").values():
         if not cheap(reference.thing.files):
             continue
@@ -122,7 +123,7 @@ def tables(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def cheap(files: Sequence[str]) -> bool:
-    """Whether there are files that can be read when a scene is checked."""
+    """Return whether all files are small enough to be read during checking."""
     here = [not name.startswith("data:") and Path(name).is_file() for name in files]
     return bool(files) and all(here) and sum(Path(name).stat().st_size for name in files) <= CHEAP
 
@@ -131,7 +132,7 @@ def cheap(files: Sequence[str]) -> bool:
 
 
 def loads(scene: Scene) -> Iterator[Diagnostic]:
-    """Loads on a surface that select points within the body alone, so that no model can take them."""
+    """Yield errors of surface loads that select only interior points."""
     for load in scene.of_kind("load").values():
         action = load.thing.action
         if (
@@ -140,14 +141,14 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
         ):
             continue
         body = scene.declared[load.thing.body]
-        if body.thing.shape.convex and not _meets(action.where, body.thing.shape):
+        if body.thing.shape.convex and not _may_meet_surface(action.where, body.thing.shape):
             at: Location = load.at("where")
             problem = f"`{load.name}` selects no part of the surface of `{body.name}`"
             help = f"it acts on the surface, and this lies inside; the body spans {reach(*body.thing.shape.bounds)}"
             yield diagnostic("E302", at, problem, "selects nothing", help)
 
 
-def _meets(condition: Condition, shape: Shape) -> bool:
+def _may_meet_surface(condition: Condition, shape: Shape) -> bool:
     """Whether a selection may hold somewhere on the surface of a convex body; False only where it is certain not to.
 
     The body's box is halved again and again; cells in which the condition holds nowhere, and those that lie within the
@@ -162,7 +163,7 @@ def _meets(condition: Condition, shape: Shape) -> bool:
     while cells:
         low, high = cells.pop()
         looked += 1
-        if not condition.over(low, high, extent)[1] or _within(shape, low, high, 1e-6 * extent):
+        if not condition.over(low, high, extent)[1] or _is_inside(shape, low, high, 1e-6 * extent):
             continue
         if looked > MOST or math.dist(low, high) < FINEST * extent:
             return True
@@ -170,14 +171,14 @@ def _meets(condition: Condition, shape: Shape) -> bool:
     return False
 
 
-def _within(shape: Shape, low: Point, high: Point, margin: float) -> bool:
+def _is_inside(shape: Shape, low: Point, high: Point, margin: float) -> bool:
     """Whether a cell and a margin around it lie in a convex body: all its corners do."""
     sides = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
     return all(shape.contains((x, y, z)) for x, y, z in product(*sides))
 
 
 def _halves(low: Point, high: Point) -> list[tuple[Point, Point]]:
-    """A cell cut across its longest side."""
+    """Return the two halves of a cell, cut across its longest side."""
     i = max(range(3), key=lambda k: high[k] - low[k])
     middle = 0.5 * (low[i] + high[i])
     upper, lower = list(high), list(low)
@@ -186,7 +187,7 @@ def _halves(low: Point, high: Point) -> list[tuple[Point, Point]]:
 
 
 def faults(scene: Scene, found: list[Diagnostic]) -> Iterator[Diagnostic]:
-    """All of these, where nothing is wrong with the declaration already."""
+    """Yield all these errors of declarations without errors yet."""
     blamed = {(d.source, d.span.line) for d in found if d.severity == "error" and d.span is not None}
     for ask in (meshes, groups, tables, loads):
         yield from (d for d in ask(scene) if d.span is None or (d.source, d.span.line) not in blamed)

@@ -1,4 +1,4 @@
-"""Surfaces that are to be filled, looked at when a scene is checked: the mesher has no part in it."""
+"""Checks of surfaces that are to be filled with tetrahedra, without running the mesher."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 
 def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic, ...]:
-    """What speaks against a model of a body that such a surface encloses; of a public data set only its elements."""
+    """Return errors of a model of a body enclosed by such a surface; for a public data set only of its elements."""
     found = [enclosed(model, case, shape)]
     if not shape.fault and "data:" not in shape.file:
         try:

@@ -1,4 +1,4 @@
-"""Fluid in a scene: what is asked of it where there is none, and bodies that it cannot leave."""
+"""Checks of pore fluid: metrics of fluid without a porous body, and bodies that fluid cannot leave."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REMEDY = "make it of `biphasic(LAW, permeability = 1e-15 m^4/(N*s))`"
 
 
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
-    """Metrics of fluid where there is none, outside of the body, or of forces of what holds fluid alone."""
+    """Yield errors of fluid metrics without fluid or outside the body, and of forces of drained supports."""
     for metric in scene.of_kind("metric").values():
         thing: Any = metric.thing
         support = scene.declared.get(metric.value("of") or "")
@@ -30,10 +30,10 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
                              " body", "has no force", "ask `outflow(...)` of it, or `force(...)` of what holds the"
                              " body")  # fmt: skip
         elif isinstance(thing, PorePressure):
-            yield from _seen(scene, metric)
+            yield from _check_pressure(scene, metric)
 
 
-def _seen(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
+def _check_pressure(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """A pressure where there is no fluid, or no body."""
     body = scene.declared[metric.thing.body]
     if is_rigid(body) or not porous(body.thing.material):

@@ -1,4 +1,4 @@
-"""What is not for networks: models of other bodies, theories of one beam, and what looks inside."""
+"""Checks of spring and beam networks: models of other bodies, theories of one beam, and metrics inside a solid."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """A model of other bodies, of a network."""
+    """Refuse a model that cannot represent a network."""
     yield diagnostic("E344", declared.at(), f"`{declared.name}` cannot be of `{case.body.name}`, a network of beams",
                      "not of networks", "use `frame6dof(segments = 8)`")  # fmt: skip
 
 
 def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """A theory of one body, of a network."""
+    """Refuse a theory that does not apply to a network."""
     yield diagnostic("E344", declared.at(), f"`{declared.name}` knows nothing of `{case.body.name}`, a network of "
                      "beams", "not of networks",
                      "use `frame_theory(...)`, closed forms in `expect` lines, or a `curve(...)`")  # fmt: skip
 
 
 def seen(scene: Scene) -> Iterator[Diagnostic]:
-    """What looks into a network, or at what it has not."""
+    """Refuse metrics and probes that a network does not have."""
     for probe in scene.of_kind("probe").values():
         body = scene.declared.get(probe.value("body") or "")
         if body is None or not isinstance(body.thing, BeamNetwork):

@@ -1,4 +1,4 @@
-"""Free rigid bodies: what they cannot be, of a scene alone."""
+"""Checks of free rigid bodies that need only the scene."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Reason = tuple[Any, str, str, str]  # place, what, label, help
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Of every rigid body with a mass, the first that it cannot be."""
+    """Yield the first error of every rigid body with a mass or a force."""
     for body in scene.of_kind("rigid").values():
         for at, what, label, help in _reasons(scene, body):
             yield diagnostic("E658", at, what, label, help)
@@ -34,12 +34,13 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
+    """Yield the reasons against one rigid body."""
     thing, name = body.thing, body.name
     if at_rest_pressed(scene, body):
-        yield from _at_rest(scene, body)
+        yield from _check_static(scene, body)
         return
     if not thing.free:
-        if field := _started(thing):
+        if field := _initial_motion_field(thing):
             yield (
                 body.at(field),
                 f"`{name}` has no mass, and a {field} of its own",
@@ -47,7 +48,7 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
                 "give it a `density`, or let a support move it: `displaced(...)`",
             )
         return
-    yield from _weighed_twice(body)
+    yield from _check_mass(body)
     if not isinstance(thing.shape, HEAVY):
         yield (
             body.at("shape"),
@@ -62,22 +63,22 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
             "not both",
             "leave its mass out: what a support moves weighs nothing",
         )
-    yield from _in_motion(scene, body)
+    yield from _check_dynamic(scene, body)
     yield from _touched(scene, body)
 
 
-def _started(thing: Any) -> str:
+def _initial_motion_field(thing: Any) -> str:
     """Which of its fields sets a rigid body going; "" where none does."""
     return "velocity" if any(thing.velocity) else "spin" if any(thing.spin) else ""
 
 
-def _weighed_twice(body: Declared) -> Iterator[Reason]:
+def _check_mass(body: Declared) -> Iterator[Reason]:
     """That it has a density and a mass."""
     if body.thing.density is not None and body.thing.mass is not None:
         yield body.at("mass"), f"`{body.name}` has a density and a mass", "one of them", "keep one: the other follows"
 
 
-def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
+def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
     """That there is a motion, in which its moments are those of the ends of steps; at rest other rules hold."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if analysis is None or not isinstance(analysis.thing, Dynamic):
@@ -96,17 +97,17 @@ def _in_motion(scene: Scene, body: Declared) -> Iterator[Reason]:
         )
 
 
-def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
+def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
     """That loads may press it along one way alone, do not turn it, and say what they come to."""
     thing, name = body.thing, body.name
-    if field := _started(thing):
+    if field := _initial_motion_field(thing):
         yield (
             body.at(field),
             f"`{name}` is at rest, and has a {field}",
             "not at rest",
             "leave it out, or take `dynamic(...)`",
         )
-    yield from _weighed_twice(body)
+    yield from _check_mass(body)
     for load in scene.acting("load", name):
         if isinstance(load.thing, Torque):
             yield (
@@ -125,11 +126,11 @@ def _at_rest(scene: Scene, body: Declared) -> Iterator[Reason]:
             )
     met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
     if met and not is_rigid(other := scene.declared[met[0].thing.body]):
-        yield from _one_way(scene, body, other)
+        yield from _check_free_direction(scene, body, other)
     yield from _touched(scene, body)
 
 
-def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
+def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
     """That one way is left to it, which its weight is known along, and that no other is pressed as well."""
     name, left = body.name, left_to_go(scene, body, other)
     loads = [load for load in scene.acting("load", name) if isinstance(load.thing, Gravity | PointForce)]
@@ -141,7 +142,7 @@ def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
             "leave the way that it is to go out of the `components` of its supports",
         )
     elif len(left) > 1:
-        pressed = [i for i in left if any(_presses(load.thing.action, i) for load in loads)]
+        pressed = [i for i in left if any(_has_component(load.thing.action, i) for load in loads)]
         held = ["xyz"[i] for i in left if i != (pressed or left)[-1]]
         hold = held[0] if len(held) == 1 else f"({', '.join(held)})"
         ways = f"{', '.join('xyz'[i] for i in left[:-1])} and {'xyz'[left[-1]]}"
@@ -152,7 +153,7 @@ def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
             f"hold it in all others, so that it does not turn either: `fixed({name}, components = {hold})`",
         )
     weighed = any(isinstance(load.thing.action, BodyForce) for load in loads)
-    if len(left) == 1 and not any(_presses(load.thing.action, left[0]) for load in loads):
+    if len(left) == 1 and not any(_has_component(load.thing.action, left[0]) for load in loads):
         way = "xyz"[left[0]]
         yield (
             body.at(),
@@ -187,13 +188,13 @@ def _one_way(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
             return
 
 
-def _presses(action: Any, along: int) -> bool:
+def _has_component(action: Any, along: int) -> bool:
     """Whether a load has a part along a way."""
     return bool((action.acceleration if isinstance(action, BodyForce) else action.force)[along])
 
 
 def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """That it meets one body; in motion in space."""
+    """Check that it contacts exactly one body, in dynamics a solid."""
     known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
     contacts = [c for c in known if c.thing.rigid == body.name]
     if not contacts:

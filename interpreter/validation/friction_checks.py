@@ -1,4 +1,4 @@
-"""Friction: whose path is one step long, and what is asked of it where there is none."""
+"""Checks of friction: loads applied in a single step, and friction metrics without friction."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ NEAR = 1e-9  # relative: what is as near to that is that
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Errors for what is asked of friction that is not there, and warnings where all the load comes in one step."""
+    """Yield errors of friction metrics without friction, and warnings if all load comes in one step."""
     yield from _without(scene)
-    rubbing = _rubbing(scene)
+    rubbing = _frictional_contacts(scene)
     if not rubbing or scene.state is not None or states_of(scene):
         return
     yield diagnostic(
@@ -37,11 +37,11 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def turned(scene: Scene) -> Iterator[Diagnostic]:
-    """Of rigid bodies that turn so far from state to state that what rubs on them seems to slide less, or back."""
-    bodies = {c.thing.rigid: c for c in _rubbing(scene) if isinstance(c.thing, Between)}
+    """Yield errors of rigid bodies that rotate so far between states that slip is underestimated or reversed."""
+    bodies = {c.thing.rigid: c for c in _frictional_contacts(scene) if isinstance(c.thing, Between)}
     for body, contact in bodies.items():
         for support in (s for s in scene.acting("support", body) if isinstance(s.thing, Turned)):
-            most = _farthest(scene, support)
+            most = _largest_rotation(scene, support)
             if most > STEP * (1.0 + NEAR):
                 yield diagnostic(
                     "E663",
@@ -54,7 +54,7 @@ def turned(scene: Scene) -> Iterator[Diagnostic]:
                 )
 
 
-def _farthest(scene: Scene, support: Declared) -> float:
+def _largest_rotation(scene: Scene, support: Declared) -> float:
     """By how much a support turns what it turns from rest to the first state, or from one to the next, at most, rad."""
     try:
         each = [float(in_state(scene, i).declared[support.name].thing.angle) for i in range(len(states_of(scene)))]
@@ -63,7 +63,7 @@ def _farthest(scene: Scene, support: Declared) -> float:
     return max(abs(b - a) for a, b in pairwise([0.0, *(each or [float(support.thing.angle)])]))
 
 
-def _rubbing(scene: Scene) -> list[Declared]:
+def _frictional_contacts(scene: Scene) -> list[Declared]:
     """Contacts with friction, of a scene at rest."""
     if any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values()):
         return []
@@ -71,6 +71,7 @@ def _rubbing(scene: Scene) -> list[Declared]:
 
 
 def _without(scene: Scene) -> Iterator[Diagnostic]:
+    """Yield errors of friction metrics of contacts without friction."""
     for metric in scene.of_kind("metric").values():
         contact = scene.declared[metric.thing.of] if isinstance(metric.thing, FrictionMetric) else None
         if contact is not None and not getattr(contact.thing, "friction", 0.0):

@@ -1,4 +1,7 @@
-"""Points on the axis of a hollow member: nothing is there, and theories of beams know them by whole sections."""
+"""Checks of points on the axis of a hollow member, where there is no material.
+
+Beam theories still locate such points by whole sections.
+"""
 
 from __future__ import annotations
 
@@ -15,22 +18,22 @@ INSTEAD = {"load": "put a traction on the end face or on a strip of the wall", "
 
 
 def refusal(scene: Scene, declared: Declared) -> str | None:
-    """Why a load or probe of a hollow body's axis has none there, as a remedy; None where its section answers for it.
+    """Return why a load or probe cannot lie on the axis of a hollow body, as a remedy; None if it can.
 
-    It does where all models of the body are beams, which move and are loaded by sections, and no stress is asked for.
+    It can if all models of the body are beams, which move and are loaded by sections, and no stress is requested.
     """
     if declared.kind == "probe" and any(
         isinstance(metric.thing, TensorMetric) and metric.thing.probe == declared.name
         for metric in scene.of_kind("metric").values()
     ):
         return OF_WALLS
-    models = [m for m in scene.of_kind("model").values() if _about(scene, m, declared.thing.body)]
+    models = [m for m in scene.of_kind("model").values() if _is_of_body(scene, m, declared.thing.body)]
     if models and all(model.thing.sectional for model in models):
         return None
     return OF_BEAMS.format(instead=INSTEAD[declared.kind])
 
 
-def _about(scene: Scene, model: Declared, body: str) -> bool:
+def _is_of_body(scene: Scene, model: Declared, body: str) -> bool:
     try:
         return body_of(scene, model) == body
     except Fault:  # which is said elsewhere

@@ -1,7 +1,7 @@
-"""A rigid body that lies in another one before anything moves, as far as shapes tell: a run looks at meshes too.
+"""Check for initial overlap of a rigid body with another body, as far as shapes show; a run also checks meshes.
 
-Only what is sure is said: a point of the surface of the body that deforms, which no support holds, and which is
-well inside the rigid one. Where shapes of files, planes and parts of a surface are concerned, the run looks.
+Only certain overlaps are reported: a surface point of the deformable body that no support constrains and that lies
+clearly inside the rigid body. Shapes from files, planes and parts of a surface are left to the run.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ HALVES = 30  # of a line, to find a surface on it
 
 
 def overlapping(scene: Scene, contact: Declared, rigid: Declared, body: Declared) -> Iterator[Diagnostic]:
-    """That a part of the body's surface lies behind that of the rigid one, at a point that shows it."""
+    """Yield an error if a surface point of the body lies inside the rigid one; the message gives the point."""
     if contact.thing.where is not EVERYWHERE or body.thing.planar:
         return
     held = [s.thing.where for s in scene.acting("support", body.name) if getattr(s.thing, "where", None) is not None]
     inner, outer = rigid.thing.shape, body.thing.shape
-    for at in _surfaced(inner, outer):
+    for at in _surface_points_inside(inner, outer):
         if not any(where.holds(*at, outer.diagonal) for where in held):
             place = units.format_vector([round(c, 6) for c in at], units.LENGTH)
             yield diagnostic(
@@ -42,7 +42,7 @@ def overlapping(scene: Scene, contact: Declared, rigid: Declared, body: Declared
             return
 
 
-def _surfaced(inner: Shape, outer: Shape) -> Iterator[Vector3]:
+def _surface_points_inside(inner: Shape, outer: Shape) -> Iterator[Vector3]:
     """Points of the surface of `outer` that are well inside of `inner`, m, on a few lines along the axes."""
     if inner.bounds is None or outer.bounds is None:
         return
@@ -59,12 +59,12 @@ def _surfaced(inner: Shape, outer: Shape) -> Iterator[Vector3]:
         for axis, (end, way) in product(range(3), zip(outer.bounds, (-1, 1), strict=True)):
             beyond = [x, y, z]
             beyond[axis] = end[axis] + way * deep
-            at = _leaving(outer, (x, y, z), (beyond[0], beyond[1], beyond[2]))
-            if _well_within(inner, at, deep):
+            at = _surface_crossing(outer, (x, y, z), (beyond[0], beyond[1], beyond[2]))
+            if _is_well_inside(inner, at, deep):
                 yield at
 
 
-def _leaving(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3:
+def _surface_crossing(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3:
     """Where a line from a point of a shape to one beyond it goes through its surface."""
     a, b = within, beyond
     for _ in range(HALVES):
@@ -73,7 +73,7 @@ def _leaving(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3:
     return a
 
 
-def _well_within(shape: Shape, at: Vector3, deep: float) -> bool:
+def _is_well_inside(shape: Shape, at: Vector3, deep: float) -> bool:
     """Whether the corners of a cube about a point are in a shape as well."""
     x, y, z = at
     return all(shape.contains((x + i * deep, y + j * deep, z + k * deep)) for i, j, k in product((-1, 1), repeat=3))

@@ -1,6 +1,6 @@
-"""What cannot be in a scene with plane bodies: regions without a thickness, other models, forces out of the plane.
+"""Checks of plane bodies: regions without a thickness, unsupported models, and forces out of the plane.
 
-Whatever has no formulas for a plane problem is refused here, so that nothing is computed as if it had.
+Everything without plane formulas is refused here, so that nothing is computed as if it had them.
 """
 
 from __future__ import annotations
@@ -56,14 +56,14 @@ QUADS = ", ".join(f"`{name}`" for name in PLANE)
 
 
 def shapes(scene: Scene) -> Iterator[Diagnostic]:
-    """Plane regions that are no plane body's, and plane bodies of no plane region."""
+    """Yield errors of plane regions used for solids, and of plane bodies without a plane region."""
     for body in scene.of_kind("body").values():
         if body.thing.planar and not body.thing.shape.flat:
             yield diagnostic("E542", body.at("region"), f"`{body.name}` is a slice of a plane region, and this is none",
                              "not a plane region",
                              "use `quadrilateral(...)`, `quarter_ring(...)` or a `mesh(...)` of plane cells; a body in "
                              "space is `solid`")  # fmt: skip
-        elif body.thing.planar == "axisymmetric" and _left_of_axis(body.thing.shape):
+        elif body.thing.planar == "axisymmetric" and _crosses_axis(body.thing.shape):
             yield diagnostic("E322", body.at("region"), f"`{body.name}` turns about the y axis, and its region lies on "
                              "both sides of it", "x below 0",
                              "x is the distance from the axis: give the half with x >= 0")  # fmt: skip
@@ -73,13 +73,13 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
                              "a slice of it is `plane_strain(..., thickness = 1 mm)` or `plane_stress`")  # fmt: skip
 
 
-def _left_of_axis(shape: Shape) -> bool:
+def _crosses_axis(shape: Shape) -> bool:
     """Whether a region has points with x < 0."""
     return shape.bounds is not None and shape.bounds[0][0] < -NEAR * shape.diagonal
 
 
 def selecting(scene: Scene) -> Iterator[Diagnostic]:
-    """Conditions on z, of whatever acts on a plane body: it is the same for all z."""
+    """Refuse conditions on z for plane bodies, which are the same for all z."""
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         body, condition = scene.declared.get(declared.value("body") or ""), declared.value("where")
         if body is not None and body.thing.planar and condition is not None and 2 in condition.axes:
@@ -90,39 +90,40 @@ def selecting(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def acting(scene: Scene) -> Iterator[Diagnostic]:
-    """Loads and supports that act across the plane of a plane body.
+    """Refuse loads and supports across the plane of a plane body.
 
-    Weight acts on all bodies of a scene: beside solids a plane body may lie level, and is held in its plane.
+    Gravity along z is allowed if the scene also has solids: it acts on all bodies, and the plane body is held in its
+    plane.
     """
     bodies = {name for name, body in scene.of_kind("body").items() if body.thing.planar}
     alone = 0 < len(bodies) == len(scene.of_kind("body"))
     for declared in (*scene.of_kind("load").values(), *scene.of_kind("support").values()):
         own = declared.value("body")
         flat = own in bodies or (own is None and alone and declared.kind == "load")
-        if across := [*_across_axis(scene, declared)]:
+        if across := [*_check_axisymmetric_actions(scene, declared)]:
             yield from across
             continue
         if flat and declared.kind == "load" and isinstance(declared.thing.action, MomentLoad):
             yield diagnostic("E544", declared.at(), f"`{declared.name}` is a moment, and a plane body takes forces",
                              "not for plane bodies", "turn an edge by `turned(..., axis = +z)`")  # fmt: skip
-        elif flat and abs(_across(declared)) > 0.0:
+        elif flat and abs(_z_component(declared)) > 0.0:
             does = "moves" if declared.kind == "support" else "pulls"
             yield diagnostic("E544", declared.at(), f"`{declared.name}` {does} a plane body out of its plane",
                              "it has a component along z", "the plane is that of x and y: leave z out")  # fmt: skip
-        elif own in bodies and declared.kind == "load" and _beside(declared.thing.action):
+        elif own in bodies and declared.kind == "load" and _is_off_plane_force(declared.thing.action):
             yield diagnostic("E544", declared.at("at"), f"`{declared.name}` acts beside the plane of `{own}`",
                              "z is not 0", "points of a plane body have z = 0")  # fmt: skip
     for contact in scene.of_kind("contact").values():
         if isinstance(contact.thing, Between) and contact.thing.body in bodies:
-            yield from _led_out(scene, contact.thing.rigid, scene.declared[contact.thing.body])
+            yield from _check_rigid_motion(scene, contact.thing.rigid, scene.declared[contact.thing.body])
     for analysis in scene.of_kind("analysis").values() if bodies else ():
-        for field in _leaving(analysis.thing, alone):
+        for field in _out_of_plane_starts(analysis.thing, alone):
             yield diagnostic("E544", analysis.at(field), f"the `{field}` at the start takes plane bodies out of their "
                              "plane", "not within the plane",
                              "velocity is along x and y, and spin about z")  # fmt: skip
 
 
-def _led_out(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
+def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
     """Supports that lead a rigid body out of the plane of a body that it meets, or off its axis."""
     around = body.thing.planar == "axisymmetric"
     for support in scene.acting("support", rigid):
@@ -141,7 +142,7 @@ def _led_out(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
                              "the plane is that of x and y: leave z out, and turn it about z")  # fmt: skip
 
 
-def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
+def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     """Gravity across the axis of a body of revolution, mirrors that do not cross it, and turns of its parts."""
     turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
     thing = declared.thing
@@ -154,31 +155,31 @@ def _across_axis(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     elif isinstance(thing, Turned) and thing.body in turned:
         yield diagnostic("E323", declared.at(), f"`{declared.name}` turns a part of `{thing.body}`, a body of "
                          "revolution", "not around the axis", "its rings stay level: use a `solid`")  # fmt: skip
-    elif declared.value("body") in turned and declared.kind == "load" and _askew(thing.action):
+    elif declared.value("body") in turned and declared.kind == "load" and _is_oblique_tension(thing.action):
         yield diagnostic("E323", declared.at("direction"), f"`{declared.name}` pulls `{thing.body}` askew, and a body "
                          "of revolution is pulled along its axis or across it", "neither along x nor along y",
                          "`direction = +y` pulls along the axis, `direction = +x` outward all around")  # fmt: skip
-    elif turned and declared.kind == "load" and _sideways(thing.action):
+    elif turned and declared.kind == "load" and _is_sideways_gravity(thing.action):
         yield diagnostic("E323", declared.at(), f"`{declared.name}` pulls `{turned[0]}` across its axis",
                          "not along y", "the axis is y: `direction = -y`")  # fmt: skip
 
 
-def _sideways(action: Any) -> bool:
+def _is_sideways_gravity(action: Any) -> bool:
     """Whether it is gravity with a component along x or z."""
     return isinstance(action, BodyForce) and bool(action.acceleration[0] or action.acceleration[2])
 
 
-def _askew(action: Any) -> bool:
+def _is_oblique_tension(action: Any) -> bool:
     """Whether it is a tension neither along the axis of a body of revolution nor across it."""
     return isinstance(action, RemoteStress) and bool(action.direction[0] and action.direction[1])
 
 
-def _beside(action: Any) -> bool:
+def _is_off_plane_force(action: Any) -> bool:
     """Whether a force acts at a point off the plane."""
     return isinstance(action, PointLoad) and action.at[2] != 0.0
 
 
-def _leaving(analysis: Any, alone: bool) -> Iterator[str]:
+def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
     """What a motion starts with out of the plane; solids may have a velocity along z beside plane bodies."""
     if not isinstance(analysis, Dynamic):
         return
@@ -188,7 +189,7 @@ def _leaving(analysis: Any, alone: bool) -> Iterator[str]:
         yield "spin"
 
 
-def _across(declared: Declared) -> float:
+def _z_component(declared: Declared) -> float:
     """The component along z of what acts."""
     thing = declared.thing
     if declared.kind == "support":
@@ -208,7 +209,7 @@ def _across(declared: Declared) -> float:
 
 
 def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """A model and a body that are not for each other."""
+    """Refuse a model that does not fit a plane body, or a plane model of a solid."""
     thing = declared.thing
     plane = getattr(thing, "element", None) in PLANE
     if not case.planar:
@@ -234,15 +235,15 @@ def model(declared: Declared, case: Case) -> Iterator[Diagnostic]:
                          f"{kind}", "not on plane bodies", "`point_force(...)` is spread along z; along an edge, give a"
                          " `traction`")  # fmt: skip
     elif case.planar == "plane_stress":
-        yield from _of_plates(thing, declared, case)
+        yield from _check_plane_stress_model(thing, declared, case)
     elif case.depth:
-        yield from _of_revolution(thing, declared, case)
+        yield from _check_axisymmetric_model(thing, declared, case)
 
 
 PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "start": None}
 
 
-def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """What is not known of bodies of revolution: levers that would need rings of their own, and motions."""
     for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
         yield diagnostic("E322", declared.at(field), f"`{declared.name}` is of a body of revolution, which knows no "
@@ -258,7 +259,7 @@ def _of_revolution(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagn
                              "the axis", "use `traction` on a part of its edge, which goes all around")  # fmt: skip
 
 
-def _of_plates(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
     """What plane stress does without, and a solid whose thickness could not follow."""
     field = "integration" if thing.integration != "full" else "formulation"
     if thing.integration != "full" or thing.formulation != "displacement" or thing.rotation != "point":
@@ -274,7 +275,7 @@ def _of_plates(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnosti
                          "use one below it, such as 0.4999: in plane stress nothing locks")  # fmt: skip
 
 
-def _unknown(metric: Declared, scene: Scene) -> str:
+def _reason_unknown(metric: Declared, scene: Scene) -> str:
     """Why a metric is not known of a body of revolution; "" where it is."""
     thing = metric.thing
     if isinstance(thing, Force):
@@ -282,7 +283,7 @@ def _unknown(metric: Declared, scene: Scene) -> str:
     if isinstance(thing, StrainEnergy | PorePressure | Outflow | ContactMetric):
         return ""
     if isinstance(thing, DerivedMetric):  # known as far as what it is of
-        return _unknown(scene.declared[thing.of], scene)
+        return _reason_unknown(scene.declared[thing.of], scene)
     probe = scene.declared.get(thing.looked_at or "")
     if isinstance(thing, AT_POINTS) and probe is not None:
         seen = isinstance(probe.thing, Point | Line)
@@ -291,11 +292,11 @@ def _unknown(metric: Declared, scene: Scene) -> str:
 
 
 def metrics(scene: Scene) -> Iterator[Diagnostic]:
-    """What is not known of a slice: how it vibrates, and the volume of a plate whose thickness is not in its points."""
+    """Refuse metrics that a slice does not have: frequencies, and the volume of a plate of varying thickness."""
     for metric in scene.of_kind("metric").values():
         body = scene.declared.get(metric.thing.body_in(scene) or "")
         planar = "" if body is None else body.thing.planar
-        if planar == "axisymmetric" and (why := _unknown(metric, scene)):
+        if planar == "axisymmetric" and (why := _reason_unknown(metric, scene)):
             yield diagnostic("E323", metric.at(), f"`{metric.name}` is of a body of revolution, {why}",
                              "not with axial symmetry", "known are displacements and their errors, stress, strain and "
                              "stretch, at points and along lines, strain_energy, force along y, contacts, and of fluid"

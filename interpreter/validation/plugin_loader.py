@@ -1,16 +1,16 @@
-"""Plugins: files of others with classes for words. A file is loaded when it is named, and never otherwise.
+"""Loader of plugins: Python files with classes for new words. A plugin is only loaded when it is named.
 
-A plugin is one Python file with a literal at its top level, which is read before anything of the file is run:
+A plugin is one Python file with a literal at its top level, which is read before any of its code runs:
 
     SOFTMARK = {"metrics": {"sway": "Sway"}, "models": {"guess": ("Guess", "prepare")}}
 
-The tables are those of TABLES, the values names of classes in the file; of a model a pair, with the function that
-builds it, `prepare(model, declared, case, workshop)`; of an adapter the name of a `Program`, whose file has what an
-adapter has (`models/external/adapters`). It is named by its path, or by the name of an entry point of the group
-`softmark.plugins`, whose value is the module.
+The tables are those of TABLES, the values are names of classes in the file. For a model the value is a pair with the
+function that builds it, `prepare(model, declared, case, workshop)`. For an adapter it is the name of a `Program`, whose
+file has all parts of an adapter (`models/external/adapters`). A plugin is named by its path, or by the name of an entry
+point of the group `softmark.plugins`, whose value is the module.
 
-What cannot be used is said, at its place in the plugin, and the rest stands; nothing here raises for what one does.
-To let plugins add one more kind of thing: a line in TABLES, and in NEEDED what its classes must have.
+An unusable word is reported at its place in the plugin, and the other words stay; no plugin raises an error here. To
+let plugins add one more kind of thing: a line in TABLES, and in NEEDED what its classes must have.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ START = Span(0, 0, 1, 1, 1, 1)
 
 
 def vocabulary_of(ours: Vocabulary, asked: Sequence[str]) -> tuple[Vocabulary, list[Diagnostic]]:
-    """Our words and those of plugins, by their files or names; and all that is wrong with these."""
+    """Return the vocabulary with the words of plugins, given by file or name, and the plugins' errors."""
     found: list[Diagnostic] = []
     for one in dict.fromkeys(asked):
         try:
@@ -78,14 +78,14 @@ def vocabulary_of(ours: Vocabulary, asked: Sequence[str]) -> tuple[Vocabulary, l
         except Absent as absent:
             found.append(absent.diagnostic)
             continue
-        plugin = _without_taken(plugin, ours)
+        plugin = _remove_existing_words(plugin, ours)
         ours = ours.plus(plugin)
         found += plugin.doubts
     return ours, found
 
 
 class Absent(Exception):
-    """There is no such plugin; the diagnostic says so."""
+    """There is no such plugin; carries the diagnostic."""
 
     def __init__(self, message: str, help: str) -> None:
         super().__init__(message)
@@ -93,7 +93,7 @@ class Absent(Exception):
 
 
 def installed() -> dict[str, str]:
-    """Plugins that are installed, by name, and the module of each; none of them is loaded."""
+    """Return the installed plugins and the module of each; none is loaded."""
     from importlib.metadata import entry_points
 
     return {point.name: point.module for point in entry_points(group=GROUP)}
@@ -104,7 +104,7 @@ def installed() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Read:
-    """The text of a plugin, and how it is loaded."""
+    """Text of a plugin, and how to load it."""
 
     asked: str
     source: Source
@@ -113,11 +113,11 @@ class Read:
 
     @property
     def sha256(self) -> str:
-        """Of the text."""
+        """SHA-256 of the text."""
         return hashlib.sha256(self.source.text.encode()).hexdigest()
 
     def doubt(self, code: str, message: str, line: int | ast.AST = 0, label: str = "", help: str = "") -> Diagnostic:
-        """What is wrong, in a line or at a node, and what to do."""
+        """Return a diagnostic at a line or a node of the plugin."""
         span = self._span(line) if isinstance(line, ast.AST) else self._line(line)
         return Diagnostic(code, f"the plugin `{self.source.name}` {message}", self.source, span, label, help)
 
@@ -131,7 +131,7 @@ class Read:
         return Span(start + indent, start + len(own), number, indent + 1, number, len(own) + 1)
 
     def _span(self, node: Any) -> Span:
-        """Columns of `ast` count bytes."""
+        """Return the span of a node; columns of `ast` count bytes."""
         lines = self.source.text.split("\n")
         first, last = (
             len(lines[row - 1].encode()[:column].decode(errors="ignore"))
@@ -148,11 +148,11 @@ _LOADED: dict[tuple[str, str], Plugin] = {}  # by how it is asked for and its te
 
 
 def loaded(asked: str) -> Plugin:
-    """A plugin by its file or its name: run once in this process for as long as its text stays. Raises Absent."""
+    """Load a plugin by file or name; it runs once per process while its text is unchanged. Raises Absent."""
     read = _read(asked)
     key = read.asked, read.sha256
     if key not in _LOADED:
-        _LOADED[key] = _made(read)
+        _LOADED[key] = _build_plugin(read)
     return _LOADED[key]
 
 
@@ -160,9 +160,9 @@ copyreg.pickle(Plugin, lambda plugin: (loaded, (plugin.asked,)))  # its classes 
 
 
 def _read(asked: str) -> Read:
-    """The text of a plugin. Raises Absent."""
+    """Read the text of a plugin. Raises Absent."""
     by_path = os.path.isfile(asked) or asked.endswith(".py") or os.sep in asked
-    file, module = (Path(asked), "") if by_path else _of_name(asked)
+    file, module = (Path(asked), "") if by_path else _locate_installed(asked)
     try:
         with open_regular(file) as opened:
             data = opened.read(LARGEST + 1)
@@ -178,7 +178,7 @@ def _read(asked: str) -> Read:
     return Read(asked if module else str(file.resolve()), Source(asked, text), str(file.resolve()), own)
 
 
-def _of_name(name: str) -> tuple[Path, str]:
+def _locate_installed(name: str) -> tuple[Path, str]:
     """The file and module of an installed plugin, which is not run; the packages that it is in are. Raises Absent."""
     from importlib.util import find_spec
 
@@ -203,7 +203,7 @@ def _of_name(name: str) -> tuple[Path, str]:
 
 
 class Unread(Exception):
-    """Nothing can be used of a plugin; the diagnostic says why."""
+    """A plugin is unusable; carries the diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic, why: str) -> None:
         super().__init__(why)
@@ -212,7 +212,7 @@ class Unread(Exception):
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of a plugin's table."""
+    """One line of a plugin's table."""
 
     table: str
     word: str
@@ -221,11 +221,11 @@ class Entry:
 
     @property
     def kind(self) -> str:
-        """Of declaration."""
+        """Kind of declaration."""
         return TABLES[self.table][0]
 
 
-def _made(read: Read) -> Plugin:
+def _build_plugin(read: Read) -> Plugin:
     """A plugin loaded, with all that is wrong with it."""
     doubts: list[Diagnostic] = []
     broken: dict[tuple[str, str], str] = {}
@@ -237,7 +237,7 @@ def _made(read: Read) -> Plugin:
         entries = list(_entries(read, _tree(read), doubts))
         module = _run(read)
     except Unread as unread:
-        broken = {(e.kind, e.word): unread.why for e in entries or _guessed(read)}
+        broken = {(e.kind, e.word): unread.why for e in entries or _recover_entries(read)}
         return Plugin(read.asked, read.source.name, read.file, read.sha256, {}, broken,
                       "" if broken else unread.why, doubts=(*doubts, unread.diagnostic))  # fmt: skip
     for entry in entries:
@@ -245,7 +245,7 @@ def _made(read: Read) -> Plugin:
             thing = _tried(entry, module)
         except Lacking as lacking:
             broken[entry.kind, entry.word] = str(lacking)
-            doubts.append(_left_out(read, entry, lacking))
+            doubts.append(_left_out_diagnostic(read, entry, lacking))
             continue
         if entry.table == "adapters":
             programs.append(entry.word)
@@ -259,12 +259,12 @@ def _made(read: Read) -> Plugin:
                   tuple(doubts))  # fmt: skip
 
 
-def _left_out(read: Read, entry: Entry, why: Lacking) -> Diagnostic:
+def _left_out_diagnostic(read: Read, entry: Entry, why: Lacking) -> Diagnostic:
     return read.doubt("W731", f"has a word that is left out: {why}", entry.node, f"no {entry.kind}", why.remedy)
 
 
 def _tree(read: Read) -> ast.Module:
-    """Raises Unread for what is no Python."""
+    """Parse a plugin. Raises Unread if it is not valid Python."""
     try:
         return ast.parse(read.source.text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
@@ -274,7 +274,7 @@ def _tree(read: Read) -> ast.Module:
 
 
 def _entries(read: Read, tree: ast.Module, doubts: list[Diagnostic]) -> Iterator[Entry]:
-    """The lines of the table. Raises Unread where there is none."""
+    """Yield the lines of the table. Raises Unread if there is no table."""
     form = f'a literal at its top level, such as `{NAME} = {{"metrics": {{"sway": "Sway"}}}}`'
     node = next((n.value for n in tree.body if isinstance(n, ast.Assign | ast.AnnAssign) and _names(n)), None)
     if node is None:
@@ -314,7 +314,7 @@ def _lines(read: Read, table: str, node: ast.Dict, doubts: list[Diagnostic]) -> 
         yield Entry(table, word, names, key or value)
 
 
-def _guessed(read: Read) -> Iterator[Entry]:
+def _recover_entries(read: Read) -> Iterator[Entry]:
     """The lines of the table in a file that is no Python elsewhere."""
     found = re.search(rf"^{NAME}\s*(?::[^=\n]*)?=\s*(\{{.*?^\}}|\{{[^\n]*\}})", read.source.text, re.M | re.S)
     try:
@@ -328,7 +328,7 @@ def _guessed(read: Read) -> Iterator[Entry]:
 
 
 def _run(read: Read) -> ModuleType:
-    """The module of a plugin: what it prints goes to standard error. Raises Unread, whatever it does."""
+    """Run a plugin and return its module; its output goes to standard error. Raises Unread for any exception."""
     named = not read.module.startswith(OWN)
     module = ModuleType(read.module)
     module.__file__ = read.file
@@ -348,7 +348,7 @@ def _run(read: Read) -> ModuleType:
 
 
 def _line_of(error: BaseException, file: str) -> int:
-    """The line of a file in which an exception was raised."""
+    """Return the line of a file in which an exception was raised."""
     line, trace = 1, error.__traceback__
     while trace is not None:
         line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == file else line
@@ -357,7 +357,7 @@ def _line_of(error: BaseException, file: str) -> int:
 
 
 class Lacking(Exception):
-    """A class cannot be a word; `remedy` says what it needs."""
+    """A class cannot define a word; `remedy` says what it needs."""
 
     def __init__(self, why: str, remedy: str) -> None:
         super().__init__(why)
@@ -365,9 +365,9 @@ class Lacking(Exception):
 
 
 def _tried(entry: Entry, module: ModuleType) -> Any:
-    """What a word stands for, ready to be used. Raises Lacking, whatever looking at it does."""
+    """Return the checked class of a word. Raises Lacking, also for any exception of the plugin."""
     try:
-        return _usable(entry, module)
+        return _check_entry(entry, module)
     except Lacking:
         raise
     except Exception as error:
@@ -376,7 +376,7 @@ def _tried(entry: Entry, module: ModuleType) -> Any:
         ) from error
 
 
-def _usable(entry: Entry, module: ModuleType) -> Any:
+def _check_entry(entry: Entry, module: ModuleType) -> Any:
     """What a word stands for, ready to be used. Raises Lacking."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", entry.word) or entry.word in PREDEFINED:
         raise Lacking(f"`{entry.word}` is no word", "words are of small letters, digits and `_`, as `tip_sway`")
@@ -385,19 +385,19 @@ def _usable(entry: Entry, module: ModuleType) -> Any:
     _, place, base = TABLES[entry.table]
     root = getattr(import_module(f"softmark.{place}"), base)
     if entry.table == "adapters":
-        return _plugged(entry.word, name, thing, root, module)
+        return _register_adapter(entry.word, name, thing, root, module)
     if not isinstance(thing, type):
         raise Lacking(f"there is no class `{name}` in it", "a line is a word and the name of a class of this file")
     if not issubclass(thing, root):
         raise Lacking(f"`{name}` is no {base}", f"derive it from `{base}` of `softmark.{place}`")
     lacks(thing, entry.kind)
     if entry.table == "models":
-        _built(thing, builder, module)
+        _register_builder(thing, builder, module)
     return thing
 
 
 def lacks(cls: type[Any], kind: str) -> None:
-    """Whatever a class needs to be looked at as a word. Raises Lacking."""
+    """Check that a class has all that its word needs. Raises Lacking."""
     name = cls.__name__
     own: Any = vars(cls).get("__dataclass_params__")  # not that of its base
     if own is None or not own.frozen:
@@ -411,21 +411,23 @@ def lacks(cls: type[Any], kind: str) -> None:
         raise Lacking(f"a field of `{name}` cannot be read: {format_exception(error)}", f"a field is {form}") from None
     for (place, base), needed in NEEDED.items():
         root = getattr(sys.modules.get(f"softmark.{place}"), base, None)
-        missing = () if root is None or not issubclass(cls, root) else [n for n in needed if _same(cls, root, n)]
+        missing = (
+            () if root is None or not issubclass(cls, root) else [n for n in needed if _is_only_inherited(cls, root, n)]
+        )
         if missing:
             raise Lacking(f"`{name}` has no `{missing[0]}`", f"{indefinite_article(kind)} {kind} says it itself; see `{base}` of "
                           f"`softmark.{place}`")  # fmt: skip
     if kind == "reference":
-        _told_reference(cls)
+        _check_reference(cls)
 
 
-def _same(cls: type[Any], root: type[Any], name: str) -> bool:
+def _is_only_inherited(cls: type[Any], root: type[Any], name: str) -> bool:
     """Whether a class leaves to its base what it must say itself."""
     nothing = object()
     return getattr(cls, name, nothing) is getattr(root, name, nothing)
 
 
-def _told_reference(cls: type[Any]) -> None:
+def _check_reference(cls: type[Any]) -> None:
     """Raises Lacking for a reference without what gives its answer."""
     known: Mapping[str, str] = {"solved": "solve", "measured": "load", "scanned": "load"}
     if cls.how not in known:
@@ -434,7 +436,7 @@ def _told_reference(cls: type[Any]) -> None:
         raise Lacking(f"`{cls.__name__}` has no `{known[cls.how]}`", f"what is `{cls.how}` has it; see `Reference`")
 
 
-def _built(cls: type[Any], builder: str, module: ModuleType) -> None:
+def _register_builder(cls: type[Any], builder: str, module: ModuleType) -> None:
     """Enter what builds a model: a function of this file, or a module. Raises Lacking."""
     from softmark.interpreter.models.model_builders import BUILDERS, Builder
 
@@ -449,7 +451,7 @@ def _built(cls: type[Any], builder: str, module: ModuleType) -> None:
     BUILDERS[cls] = Builder(load if callable(load) else lambda model: None, prepare)
 
 
-def _plugged(word: str, name: str, thing: Any, root: type[Any], module: ModuleType) -> Any:
+def _register_adapter(word: str, name: str, thing: Any, root: type[Any], module: ModuleType) -> Any:
     """Enter an adapter. Raises Lacking."""
     from softmark.interpreter.models.external.adapters import PLUGGED, PROGRAMS
 
@@ -458,18 +460,18 @@ def _plugged(word: str, name: str, thing: Any, root: type[Any], module: ModuleTy
     if missing := [n for n in ADAPTER if not hasattr(module, n)]:
         raise Lacking(f"its file has no `{missing[0]}`", f"an adapter has {', '.join(ADAPTER)}")
     known = PLUGGED.get(word)
-    if word in PROGRAMS or (known is not None and not _alike(known[1], module)):
+    if word in PROGRAMS or (known is not None and not _is_same_module(known[1], module)):
         raise Lacking(f"there is a program `{word}` already", "give it another word")
     PLUGGED[word] = thing, module
     return thing
 
 
-def _alike(one: ModuleType, other: ModuleType) -> bool:
+def _is_same_module(one: ModuleType, other: ModuleType) -> bool:
     """Whether two modules are of one file, or of one text, by which those of files are named."""
     return one.__file__ == other.__file__ or one.__name__ == other.__name__
 
 
-def _without_taken(plugin: Plugin, ours: Vocabulary) -> Plugin:
+def _remove_existing_words(plugin: Plugin, ours: Vocabulary) -> Plugin:
     """Without words that somebody has already."""
     taken = {(k, w): ours.owner(k, w) for k, own in plugin.words.items() for w in own if w in ours[k]}
     if not taken:
@@ -481,6 +483,6 @@ def _without_taken(plugin: Plugin, ours: Vocabulary) -> Plugin:
         whose = "softmark" if other is None else f"the plugin `{other.name}`"
         lacking = Lacking(f"`{word}` is {indefinite_article(kind)} {kind} of {whose} already", "give it another word")
         broken[kind, word] = str(lacking)
-        doubts.append(_left_out(read, entries[kind, word], lacking))
+        doubts.append(_left_out_diagnostic(read, entries[kind, word], lacking))
     words = {k: {w: c for w, c in own.items() if (k, w) not in taken} for k, own in plugin.words.items()}
     return dataclasses.replace(plugin, words=words, broken=broken, doubts=tuple(doubts))

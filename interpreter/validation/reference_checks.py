@@ -1,8 +1,7 @@
-"""What a metric, a probe or a support asks of a reference, and whether that kind of reference can tell.
+"""Checks that a reference has the data that a metric, a probe or a support needs.
 
-A theory and a model are fields of displacements, known at every point. A measured surface says where the body
-ended, and of no point where it came from. Tracked points are known where they were tracked, and nowhere else. Some
-theories know forces alone.
+A theory and a model are displacement fields, known at every point. A measured surface gives the deformed shape, but not
+the motion of material points. Tracked points are known only where they were tracked. Some theories know only forces.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ POINTWISE = (RelativeDisplacementError, TipError, MaxError, MeanError)  # errors
 
 @dataclass(frozen=True)
 class _Refusal:
-    """Why a metric has no value: where, what, the label and the remedy."""
+    """Reason why a metric has no value: field, message, label and remedy."""
 
     field: str
     message: str
@@ -57,7 +56,7 @@ class _Refusal:
 
 
 def known_of(reference: Declared) -> Known:
-    """What a reference, or a model in its place, knows."""
+    """Return the kind of data of a reference, or of a model used as one."""
     if isinstance(reference.thing, TrackedPoints):
         return "points"
     if isinstance(reference.thing, CurveFromFile):
@@ -70,7 +69,7 @@ def known_of(reference: Declared) -> Known:
 
 
 def comparisons(scene: Scene) -> Iterator[Diagnostic]:
-    """Metrics that would have no value for anything, and what follows points that nobody tracked."""
+    """Yield errors of metrics without any value, and of probes and supports that need tracked points."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
         yield from _tracked(scene, declared)
     for metric in scene.of_kind("metric").values():
@@ -80,7 +79,7 @@ def comparisons(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
-    """Probes of markers and supports that follow them need a reference of tracked points."""
+    """Check that probes of markers and supports that follow them have a reference of tracked points."""
     of = declared.thing.tracked
     if of is None or known_of(scene.declared[of]) == "points":
         return
@@ -95,7 +94,7 @@ def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
 
 
 def _probe(scene: Scene, metric: Declared) -> _Refusal | None:
-    """A metric of surfaces needs a surface, one of strains the volume."""
+    """Check that a metric of surfaces has a surface probe, and one of strains a volume probe."""
     name = metric.thing.looked_at
     if name is None:
         return None
@@ -130,7 +129,7 @@ def _nearest(metric: Declared) -> str:
 
 
 def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
-    """Stress needs a model that has it, and a number that its tensor has."""
+    """Check that a stress metric has a model with stress, and a component that its tensor has."""
     thing = metric.thing
     if not isinstance(thing, TensorMetric):
         return None
@@ -140,24 +139,26 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
                         + ", or `measure = cauchy`")  # fmt: skip
     bodies = (None, scene.declared[thing.probe].thing.body)
     models = [m for m in scene.of_kind("model").values() if m.value("body") in bodies]
-    laws = [_solid(scene, m).thing.stress_law for m in models]
-    past = ["" if isinstance(law, str) else _past(scene, m) for law, m in zip(laws, models, strict=True)]
+    laws = [_full_model(scene, m).thing.stress_law for m in models]
+    past = [
+        "" if isinstance(law, str) else _history_dependent_body(scene, m) for law, m in zip(laws, models, strict=True)
+    ]
     if any(past) and all(why or isinstance(law, str) for why, law in zip(past, laws, strict=True)):
         whose = next(why for why in past if why)
         message = f"`{metric.name}` asks for stress or strain, and that of {whose} is not recovered to points"
         help = "ask for what is known: `force(...)`, `displacement(...)`, and of fluid `pore_pressure(...)`"
         return _Refusal("", message, "not known here", help)
     if not laws or not all(isinstance(law, str) for law in laws):
-        return _right(scene, metric)
+        return _check_correct_model(scene, metric)
     return _Refusal("", f"`{metric.name}` asks for stress or strain, and no model here has any: {laws[0]}",
                     "of no model",
                     "declare one: `model solid = fem(tet10, strain = finite, size = 5 mm)`")  # fmt: skip
 
 
-def _past(scene: Scene, model: Declared) -> str:
+def _history_dependent_body(scene: Scene, model: Declared) -> str:
     """Return the porous or viscoelastic body of a model in words, as its stress is not known at points; else ""."""
     try:
-        case = case_for(scene, _solid(scene, model))
+        case = case_for(scene, _full_model(scene, model))
     except Fault:  # which is said elsewhere
         return ""
     if case.porous:
@@ -165,7 +166,7 @@ def _past(scene: Scene, model: Declared) -> str:
     return f"`{case.body.name}`, a viscoelastic body," if case.remembers else ""
 
 
-def _right(scene: Scene, metric: Declared) -> _Refusal | None:
+def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
     """The model that is taken as right must have stress too."""
     if (name := metric.thing.against) is None:
         return None
@@ -175,20 +176,20 @@ def _right(scene: Scene, metric: Declared) -> _Refusal | None:
         return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` knows none",
                         "of no stress", "compare with a model, or with a theory that has it: `goodier(...)`, "
                         "`kirsch(...)`")  # fmt: skip
-    law = _solid(scene, scene.declared[name]).thing.stress_law
+    law = _full_model(scene, scene.declared[name]).thing.stress_law
     if not isinstance(law, str):
         return None
     return _Refusal("against", f"`{metric.name}` compares stress or strain, and `{name}` has none: {law}",
                     "of no stress", "compare with a model of finite elements: `against = solid`")  # fmt: skip
 
 
-def _solid(scene: Scene, model: Declared) -> Declared:
+def _full_model(scene: Scene, model: Declared) -> Declared:
     """The model itself, or what it reduces."""
     return model if model.thing.reduces is None else scene.declared[model.thing.reduces]
 
 
 def _time(scene: Scene, metric: Declared) -> _Refusal | None:
-    """What is seen in time needs a dynamic analysis, a vibration about an equilibrium a static one."""
+    """Check that metrics over time have a dynamic analysis, and frequencies a static one."""
     moving = any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values())
     if moving and isinstance(metric.thing, Frequency):
         help = "leave the analysis out, or ask the motion: `metric swing = period(tip, along = -z)`"
@@ -203,7 +204,7 @@ def _time(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
-    """A metric needs what its reference knows."""
+    """Check that the reference has the data that the metric needs."""
     name = metric.thing.measured_from
     if name is None:
         return None
@@ -234,7 +235,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
-    """Curves are compared with measured curves, and nothing else is."""
+    """Return the error for a curve compared with something else."""
     word = metric.constructor.name
     if known != "curve":
         return _Refusal("against", f"`{word}` compares curves, and `{name}` is {KNOWN[known]}", "no curve",
@@ -244,7 +245,7 @@ def _curves(metric: Declared, name: str, known: Known) -> _Refusal:
 
 
 def _values(metric: Declared, name: str, known: Known) -> _Refusal:
-    """Numbers are held against values that are given, and nothing else is."""
+    """Return the error for a number compared with something other than given values."""
     word = metric.constructor.name
     if known != "value":
         return _Refusal("against", f"`{word}` takes a value that is given, and `{name}` is {KNOWN[known]}", "no value",
@@ -254,7 +255,7 @@ def _values(metric: Declared, name: str, known: Known) -> _Refusal:
 
 
 def _pointwise(scene: Scene, metric: Declared, name: str, known: Known) -> _Refusal | None:
-    """Displacements of material points: known of none on a measured surface, and of tracked points where they are."""
+    """Check displacements of material points: a measured surface has none, tracked points only their own."""
     if known == "surface":
         return _Refusal("against", f"`{metric.constructor.name}` compares displacements, and `{name}` has none",
                         KNOWN[known], "a surface shows where the body is, and of no point where it was:"

@@ -1,6 +1,6 @@
-"""References that are the scene's own models refined: what they need of a scene, and what they will do.
+"""Checks of references that refine the scene's own models and extrapolate.
 
-The solving and the numbers are in extrapolation.py; nothing here needs an array.
+The solving is in extrapolation.py; this module uses no arrays.
 """
 
 from __future__ import annotations
@@ -34,24 +34,24 @@ RATIO = 1.3  # of neighbouring cell sizes, at least (Celik et al. 2008, step 2 o
 
 @dataclass(frozen=True)
 class Method:
-    """One model of a family: how it is declared, and its case."""
+    """One refined model: its declaration and its case."""
 
     declared: Declared
     case: Case
 
     @property
     def formal(self) -> int:
-        """The order in displacements that theory gives its element where the solution is smooth."""
+        """Theoretical convergence order of displacements of its element for smooth solutions."""
         order: int = self.declared.thing.order
         return order
 
     def at(self, size: float) -> Declared:
-        """The same model with another size."""
+        """Return the same model with another cell size."""
         return replace(self.declared, thing=replace(self.declared.thing, size=size))
 
 
 def methods_of(scene: Scene, reference: Declared) -> list[Method]:
-    """The models that a reference refines. Raises Fault for one of an unclear body."""
+    """Return the models that a reference refines. Raises Fault for an ambiguous body."""
     found = (scene.declared[name] for name in reference.thing.methods)
     return [Method(declared, case_for(scene, declared)) for declared in found]
 
@@ -60,7 +60,7 @@ def methods_of(scene: Scene, reference: Declared) -> list[Method]:
 
 
 def doubts(scene: Scene) -> Iterator[Diagnostic]:
-    """Errors of every such reference of a scene."""
+    """Yield errors and warnings of every such reference of a scene."""
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, SelfConverged):
             sizes = list(_sizes(reference))
@@ -95,17 +95,17 @@ def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Di
     seen: dict[tuple[str, str], Declared] = {}
     for name in reference.thing.methods:
         declared = scene.declared[name]
-        found = _unfit(scene, reference, declared)
+        found = _refinement_obstacle(scene, reference, declared)
         if found is None:
             first = seen.setdefault((declared.thing.element, declared.thing.integration), declared)
-            found = _alike(reference, declared, first, next(iter(seen.values())))
+            found = _shared_error(reference, declared, first, next(iter(seen.values())))
         if found is None and well_sized:
-            found = _too_fine(scene, reference, declared)
+            found = _memory_error(scene, reference, declared)
         if found is not None:
             yield found
 
 
-def _unfit(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
+def _refinement_obstacle(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
     """Why a model alone cannot be refined, if it cannot."""
     name, thing = declared.name, declared.thing
     problem = label = help = ""
@@ -123,10 +123,10 @@ def _unfit(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic 
         help = "refine the step and the mesh by a study, or leave the analysis static"
     if problem:
         return diagnostic("E531", reference.at("methods"), problem, label, help)
-    return _elsewhere(scene, reference, declared)
+    return _other_body_error(scene, reference, declared)
 
 
-def _elsewhere(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
+def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
     """A model of another body."""
     try:
         own, theirs = body_of(scene, reference), body_of(scene, declared)
@@ -139,7 +139,7 @@ def _elsewhere(scene: Scene, reference: Declared, declared: Declared) -> Diagnos
                       "different bodies", "name models of one body")  # fmt: skip
 
 
-def _alike(reference: Declared, declared: Declared, twin: Declared, first: Declared) -> Diagnostic | None:
+def _shared_error(reference: Declared, declared: Declared, twin: Declared, first: Declared) -> Diagnostic | None:
     """Two models that share their errors, or that do not have one limit."""
     mine, theirs = declared.thing, first.thing
     if twin is not declared:
@@ -155,7 +155,7 @@ def _alike(reference: Declared, declared: Declared, twin: Declared, first: Decla
     return None
 
 
-def _too_fine(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
+def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
     """A finest mesh that does not fit in memory."""
     try:
         case = case_for(scene, declared)
@@ -173,7 +173,7 @@ def _too_fine(scene: Scene, reference: Declared, declared: Declared) -> Diagnost
 
 
 def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
-    """Why meshes of a shape at these sizes cannot be extrapolated, if they cannot: not similar, or hardly finer."""
+    """Return why meshes of these sizes cannot be extrapolated (not similar, or hardly finer), or None."""
     found = [shape.counts(size, cuts) for size in sizes[-LEAST:]]
     counts = [own for own in found if own is not None]
     if len(counts) < len(found):
@@ -187,14 +187,14 @@ def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
 
 
 def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
-    """Meshes that tell no order, and methods that share what is wrong with them."""
+    """Yield warnings about meshes that show no order, and methods with common errors."""
     methods = methods_of(scene, reference)
     first, sizes = methods[0], reference.thing.sizes.values
     shape, cuts = first.case.shape, first.declared.thing.cuts(first.case)
     if (why := uneven(shape, sizes, cuts)) is not None:
         at = reference.at("sizes")
         yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",
-                         "nothing is extrapolated", _better(shape, cuts), (why,))  # fmt: skip
+                         "nothing is extrapolated", _propose_sizes(shape, cuts), (why,))  # fmt: skip
     nu = first.case.largest_poisson
     if all(own.declared.thing.locks_at(nu) for own in methods):
         at = reference.at("methods")
@@ -204,7 +204,7 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
                          "`formulation = mean_dilatation`")  # fmt: skip
 
 
-def _better(shape: Shape, cuts: Cuts) -> str:
+def _propose_sizes(shape: Shape, cuts: Cuts) -> str:
     """Sizes that give similar meshes, if some are known."""
     largest = shape.even or 0.0
     for part in range(1, PARTS + 1) if largest else ():

@@ -1,4 +1,4 @@
-"""What cannot be of regions, as far as it is known without building anything."""
+"""Checks of regions that need only the scene."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SELECT = ("region", "support", "load", "probe")  # kinds whose declarations have
 
 
 def foreign(scene: Scene) -> Iterator[Diagnostic]:
-    """Regions of one body that are used for another."""
+    """Refuse regions of one body that are used for another."""
     for declared in (d for kind in SELECT for d in scene.of_kind(kind).values()):
         used = [("over", name) for name in declared.value("over") or ()]
         where, body = declared.value("where"), declared.value("body")
@@ -31,7 +31,7 @@ def foreign(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def unnamed(scene: Scene) -> Iterator[Diagnostic]:
-    """Groups of a mesh file, of a body that has none."""
+    """Refuse mesh groups of a body without a mesh file."""
     for region in scene.of_kind("region").values():
         body = scene.declared.get(region.thing.body)
         if region.thing.group is not None and body is not None and not body.thing.shape.prebuilt:
@@ -43,7 +43,7 @@ def unnamed(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def idle(scene: Scene) -> Iterator[Diagnostic]:
-    """An order of regions that says nothing, since one of them has no material of its own."""
+    """Warn about an order of regions without effect, since one of them has no material of its own."""
     for region in scene.of_kind("region").values():
         for name in region.thing.over:
             lacking = region.name if region.thing.material is None else name
@@ -54,7 +54,7 @@ def idle(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def overlaps(scene: Scene) -> Iterator[Diagnostic]:
-    """Parts of different materials of which some box lies in both."""
+    """Refuse regions of different materials with a common box."""
     for body in scene.of_kind("body"):
         case = case_of(scene, body)
         shape = case.shape
@@ -67,7 +67,7 @@ def overlaps(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def untaken(scene: Scene) -> Iterator[Diagnostic]:
-    """Models that know one material for a body of several, or are given another in place of all."""
+    """Check models that use one material for a body of several, or one given material in place of all."""
     for model in scene.asked("model").values():
         try:
             case = case_for(scene, model)

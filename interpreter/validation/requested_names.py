@@ -1,4 +1,4 @@
-"""Names that come from the command line or from Python rather than from a scene."""
+"""Checks of names given on the command line or in Python instead of a scene."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from softmark.interpreter.language.compiled_scene import Scene
 
 
 def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
-    """Errors for names given with --model that are not models."""
+    """Return errors for names given with --model that are not models."""
     models, found = list(scene.of_kind("model")), []
     for name in only:
         if name not in models:
@@ -23,24 +23,24 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
 
 
 def needed(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
-    """The models that are asked for and those that they, or references, are made from; () where one is not known."""
+    """Return the requested models and all models that they, or references, depend on; () if one is unknown."""
     models = scene.of_kind("model")
     if not only or any(name not in models for name in only):
         return ()
-    from softmark.interpreter.planning.declaration_dependencies import reached
+    from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 
-    found = reached(scene, [*only, *scene.of_kind("reference")])
+    found = with_dependencies(scene, [*only, *scene.of_kind("reference")])
     return tuple(n for n in models if n in found)
 
 
 def at_name(option: str, name: str, code: str, message: str, label: str, help: str) -> Diagnostic:
-    """What is wrong with a name that stands alone behind an option of the command line."""
+    """Return a diagnostic for a name behind a command line option."""
     span = Span(0, len(name), 1, 1, 1, 1 + len(name))
     return Diagnostic(code, message, Source(f"{option} {name}", name), span, label, help)
 
 
 def concerning(scene: Scene | None, only: tuple[str, ...], found: list[Diagnostic]) -> list[Diagnostic]:
-    """The diagnostics without warnings about models that were not chosen."""
+    """Return the diagnostics without warnings about models that were not requested."""
     if scene is None or not only:
         return found
     others = [d.location for n, d in scene.of_kind("model").items() if n not in only]

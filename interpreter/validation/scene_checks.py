@@ -1,6 +1,7 @@
-"""What cannot be in a compiled scene, as far as that is known without building anything; value_warnings.py has doubts.
+"""Checks of a compiled scene that need nothing built; value_warnings.py has the warnings.
 
-To add a check: a function that yields diagnostics, a line in LOCAL, or in WHOLE if it needs all declarations.
+To add a check: write a function that yields diagnostics, and add a line in LOCAL, or in WHOLE if it needs all
+declarations.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from softmark.interpreter.problem.symmetry_planes import plane_fault, point_doub
 from softmark.interpreter.problem.theory_problems import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
 from softmark.interpreter.validation import plane_body_checks, state_checks, value_warnings
-from softmark.interpreter.validation.amplitude_resolution import unresolved
+from softmark.interpreter.validation.amplitude_resolution import check_amplitude_resolution
 from softmark.interpreter.validation.dynamic_contact_checks import asked
 from softmark.interpreter.validation.reference_checks import comparisons
 from softmark.interpreter.validation.refinement_checks import doubts as doubts_of_refined
@@ -37,7 +38,7 @@ from softmark.references.published_values import GivenValues
 
 
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
-    """All errors and warnings about a scene; of one that is not `complete`, what its sound parts tell."""
+    """Return all errors and warnings of a scene; for one that is not `complete`, those of its valid parts."""
     found: list[Diagnostic] = [*state_checks.faults(scene), *_given_values(scene)] if complete else []
     where = state_checks.widest(scene)
     for test in LOCAL + (WHOLE if complete else ()):
@@ -50,7 +51,7 @@ def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
 Found = list[Diagnostic]  # by the checks before
 
 
-def _blamed(declared: Declared, found: Found) -> bool:
+def _has_error(declared: Declared, found: Found) -> bool:
     """Whether a declaration is in error already, so that what follows from it is not worth saying."""
     return any(d.severity == "error" and declared.contains(d) for d in found)
 
@@ -59,6 +60,7 @@ def _blamed(declared: Declared, found: Found) -> bool:
 
 
 def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Check that there is at most one analysis."""
     for extra in list(scene.of_kind("analysis").values())[1:]:
         yield diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
                          "the second analysis",
@@ -66,7 +68,7 @@ def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Conditions that select nothing, and supports that leave nothing free, as far as bounds tell."""
+    """Check for conditions that select nothing, and supports that constrain everything, by bounds."""
     everywhere: dict[str, list[Declared]] = {}
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         condition = declared.value("where")
@@ -94,7 +96,7 @@ def _selections(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Shapes whose fields do not go together."""
+    """Check that the fields of each shape fit together."""
     for body in (*scene.of_kind("body").values(), *scene.of_kind("rigid").values()):
         problem = body.thing.shape.fault
         if problem:
@@ -108,17 +110,17 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Plane regions and plane bodies, and what acts across their plane."""
+    """Check plane regions and plane bodies, and actions across their plane."""
     yield from plane_body_checks.shapes(scene)
     yield from plane_body_checks.selecting(scene)
     yield from plane_body_checks.acting(scene)
 
 
 def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Supports of symmetry that are about no plane, or whose plane the body goes through."""
+    """Check that symmetry supports select a plane, with the body on one side."""
     for support in scene.of_kind("support").values():
         body = scene.declared.get(support.value("body") or "")
-        if isinstance(support.thing, Symmetric) and body is not None and not _blamed(support, found):
+        if isinstance(support.thing, Symmetric) and body is not None and not _has_error(support, found):
             fault = plane_fault(support, body.name, body.thing.shape.bounds)
             if fault is not None:
                 yield fault
@@ -133,7 +135,7 @@ def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Probes and point forces outside their body."""
+    """Check that probes and point forces lie inside their body."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("load").values()):
         points = _points(scene, declared)
         if not points:
@@ -158,7 +160,7 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
-    """The fields that give points, and those that decide for all: in a convex body, the ends of a line."""
+    """Return the point fields that decide whether a probe or load is inside: for a line in a convex body, its ends."""
     if declared.kind == "load":
         action = declared.thing.action
         line = [("from", action.begin), ("to", action.end)] if isinstance(action, LineForce) else []
@@ -172,7 +174,7 @@ def _points(scene: Scene, declared: Declared) -> list[tuple[str, Point]]:
 
 
 def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Probes of the nodes of a shape that has none."""
+    """Check that probes of nodes have a shape with nodes."""
     for probe in scene.of_kind("probe").values():
         if isinstance(probe.thing, Nodes) and not probe.thing.mesh.prebuilt:
             yield diagnostic("E507", probe.at("mesh"), f"the `mesh` of `{probe.name}` is a shape without cells",
@@ -183,7 +185,7 @@ def _meshes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _bodies(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Models and references whose body is not clear."""
+    """Check that the body of each model and reference is unambiguous."""
     for declared in _workers(scene):
         try:
             body_of(scene, declared)
@@ -196,7 +198,7 @@ def _workers(scene: Scene) -> list[Declared]:
 
 
 def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
-    """Models or references with their cases, those without a clear body of a possible shape left out."""
+    """Yield models or references with their cases, without those whose body is ambiguous or whose shape is invalid."""
     for declared in scene.asked(kind).values():
         try:
             case = case_for(scene, declared)
@@ -207,6 +209,7 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
+    """Check that supports hold each body."""
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
     loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.contacts)}
     for case in loose.values():
@@ -217,12 +220,12 @@ def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Bodies that models compute although nothing moves them, and nobody asks how they vibrate."""
-    if any(_blamed(contact, found) for contact in scene.of_kind("contact").values()):
+    """Check for bodies that are solved although nothing deforms them and no frequency is requested."""
+    if any(_has_error(contact, found) for contact in scene.of_kind("contact").values()):
         return  # of which it is not known what they would do
     asked = (metric.thing for metric in scene.of_kind("metric").values())
     ringing = {thing.concerned for thing in asked if not isinstance(thing, ForceMetric)}
-    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _driven(case))
+    cases = (case for _, case in _cases(scene, "model") if not case.loads and not _is_driven(case))
     still = {case.body.name: case for case in cases if case.body.name not in ringing}
     for case in still.values():
         body = case.body.name
@@ -230,7 +233,7 @@ def _loaded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
                          "declare one, such as `load weight = gravity(9.81 m/s^2)`")  # fmt: skip
 
 
-def _driven(case: Case) -> bool:
+def _is_driven(case: Case) -> bool:
     moved = any(support.thing.moves for support in (*case.supports, *case.drains))
     away = case.analysis.disturbed != "none" or any(hasattr(m, "passive") for m in case.materials)  # which pulls
     moved |= any(touch.driven for touch in case.contacts)
@@ -238,7 +241,7 @@ def _driven(case: Case) -> bool:
 
 
 def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Paths of equilibria lead to motions that a reduced model does not know."""
+    """Refuse reduced models on equilibrium paths, whose motions they do not contain."""
     for model, case in _cases(scene, "model"):
         if case.analysis.path == "arc_length" and model.thing.reduces is not None:
             problem = f"`{model.name}` is reduced to motions that it knows, and a path leads to others"
@@ -247,18 +250,22 @@ def _paths(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Doubts of models; what holds for several is said once."""
+    """Check models; errors that hold for several are reported once."""
     first: dict[tuple[object, ...], tuple[Diagnostic, list[str]]] = {}
     for model, case in _cases(scene, "model"):
-        if not case.shape.meshed or (_blamed(case.body, found) and case.shape.flat != bool(case.planar)):
+        if not case.shape.meshed or (_has_error(case.body, found) and case.shape.flat != bool(case.planar)):
             continue  # of what is no body, no more is said
-        whole = () if model.thing.read else (plane_body_checks.model, _wired, _with_fibres)
+        whole = () if model.thing.read else (plane_body_checks.model, _check_network, _check_anisotropy)
         unfit = [doubt for of in whole for doubt in of(model, case)]
         yield from unfit
         if unfit:
             continue
-        blamed = [d for d in (*case.supports, *case.loads) if _blamed(d, found)]
-        for doubt in (*model.thing.doubts(model, case), *disturbed(scene, model, case), *_in_scene(scene, model, case)):
+        blamed = [d for d in (*case.supports, *case.loads) if _has_error(d, found)]
+        for doubt in (
+            *model.thing.doubts(model, case),
+            *disturbed(scene, model, case),
+            *_check_in_scene(scene, model, case),
+        ):
             if any(d.contains(doubt) for d in blamed):
                 continue
             key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
@@ -269,7 +276,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         yield doubt if alone else replace(doubt, notes=(*doubt.notes, f"the same holds for {others}"))
 
 
-def _wired(worker: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
     """Of a network and a model or reference of other bodies."""
     if case.shape.wired and not getattr(worker.thing, "wired", False):
         from softmark.interpreter.validation import frame_checks
@@ -277,7 +284,7 @@ def _wired(worker: Declared, case: Case) -> Iterator[Diagnostic]:
         yield from (frame_checks.model if worker.kind == "model" else frame_checks.reference)(worker, case)
 
 
-def _with_fibres(model: Declared, case: Case) -> Iterator[Diagnostic]:
+def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
     """Of a material that knows directions, and a model that does not."""
     if any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material)):
         from softmark.interpreter.problem import anisotropy_limits
@@ -285,7 +292,7 @@ def _with_fibres(model: Declared, case: Case) -> Iterator[Diagnostic]:
         yield from anisotropy_limits.model(model, case)
 
 
-def _in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
+def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
     """Doubts of a model that must know the scene: what it is fitted to."""
     doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
     return doubts
@@ -298,10 +305,10 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if is_rigid(case.body):  # E655
             continue
         if case.shape.wired and not reference.thing.wired:
-            yield from _wired(reference, case)
+            yield from _check_network(reference, case)
             continue
-        loose = not case.supports and _blamed(case.body, found)
-        if loose or any(_blamed(d, found) for d in (*case.supports, *case.loads)):
+        loose = not case.supports and _has_error(case.body, found)
+        if loose or any(_has_error(d, found) for d in (*case.supports, *case.loads)):
             continue
         try:
             problem_of(reference, case)
@@ -310,7 +317,7 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """A metric compares its probe with a reference of the same body; some are not of plane bodies."""
+    """Check that a metric compares its probe with a reference of the same body, and supports plane bodies."""
     yield from plane_body_checks.metrics(scene)
     yield from asked(scene)
     if any(body.thing.shape.wired for body in scene.of_kind("body").values()):
@@ -321,7 +328,7 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         against = metric.thing.measured_from
         if against is None:
             continue
-        looked, known = _looks_at(scene, metric.name), _body(scene, against)
+        looked, known = _compared_body(scene, metric.name), _body(scene, against)
         if None not in (looked, known) and looked != known:
             yield diagnostic("E505", metric.at("against"),
                              f"`{metric.name}` compares points of `{looked}` with a solution for `{known}`",
@@ -329,7 +336,7 @@ def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Fluid where there is none: nothing is imported for scenes without any."""
+    """Check fluid metrics; the module is only imported for scenes with fluid."""
     words = ("drained", "pore_pressure", "outflow")
     if any(d.constructor.name in words for kind in ("support", "metric") for d in scene.of_kind(kind).values()):
         from softmark.interpreter.validation import fluid_checks
@@ -338,13 +345,13 @@ def _fluid(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """An expectation takes a metric of a model or reference of the same body."""
+    """Check that an expectation uses a metric of a model or reference of the same body."""
     for expectation in scene.expectations:
         for name in find_metrics(expectation.node):
             if name.text in scene.parameters:
                 continue
             owner, metric = name.parts
-            looked, known = _looks_at(scene, metric), _body(scene, owner)
+            looked, known = _compared_body(scene, metric), _body(scene, owner)
             if None not in (looked, known) and looked != known:
                 at = Location(expectation.location.source, name.span)
                 problem = f"`{owner}` is about `{known}`, and `{metric}` looks at `{looked}`"
@@ -353,7 +360,7 @@ def _expectations(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _published(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """A published column has one value for each model, of the dimension of its metric."""
+    """Check that a published column has one value for each model, of the metric's dimension."""
     for column in scene.of_kind("published").values():
         thing, unit = column.thing, scene.declared[column.thing.metric].thing.unit
         due = units.parse_unit(unit).dimension
@@ -376,7 +383,7 @@ def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Measured curves, and what is compared with them."""
+    """Check measured curves and the metrics compared with them."""
     loops = any(m.thing.of_all_states for m in scene.of_kind("metric").values())
     if loops or any(isinstance(d.thing, CurveFromFile) for d in scene.of_kind("reference").values()):
         from softmark.interpreter.validation import curve_checks
@@ -385,7 +392,7 @@ def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _given_values(scene: Scene) -> Iterator[Diagnostic]:
-    """Values that a scene gives for all its states, and what is held against them."""
+    """Check given values for all states and the metrics compared with them."""
     if any(isinstance(d.thing, GivenValues) for d in scene.of_kind("reference").values()):
         from softmark.interpreter.validation import value_checks
 
@@ -397,7 +404,7 @@ def _refined(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """In a dynamic analysis, all supports of a body that move share one course, and steps show every course."""
+    """Check that moving supports of a body share one amplitude in dynamics, and that steps resolve all amplitudes."""
     moved: dict[str, Declared] = {}
     analyses = list(scene.of_kind("analysis").values())
     for support in scene.of_kind("support").values():
@@ -410,7 +417,7 @@ def _courses(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield diagnostic("E501", support.at("course"),
                              f"`{support.name}` and `{first.name}` move by different courses",
                              "another course", "all supports that move share one course")  # fmt: skip
-    yield from unresolved(scene)
+    yield from check_amplitude_resolution(scene)
 
 
 def _contacts(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -428,7 +435,7 @@ def _touched(scene: Scene, found: Found) -> Iterator[Diagnostic]:
             yield from checks.faults(scene)
 
 
-def _looks_at(scene: Scene, metric: str) -> str | None:
+def _compared_body(scene: Scene, metric: str) -> str | None:
     """The body whose points a metric compares."""
     body: str | None = scene.declared[metric].thing.body_in(scene)
     return body
@@ -460,7 +467,7 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Materials that vary in space: nothing is imported for scenes without any."""
+    """Check materials that vary in space; the module is only imported for scenes with one."""
     if any(not case_of(scene, body).uniform for body in scene.of_kind("body")):
         from softmark.interpreter.problem import heterogeneity_limits
 
@@ -469,7 +476,7 @@ def _graded(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _directed(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Materials that know directions: nothing is imported for scenes without any."""
+    """Check materials with directions; the module is only imported for scenes with one."""
     if any(getattr(declared.thing, "directed", False) for declared in scene.of_kind("material").values()):
         from softmark.interpreter.problem import anisotropy_limits
 
@@ -477,7 +484,7 @@ def _directed(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """What nothing asks for; not worth saying while something else is wrong."""
+    """Report declarations that nothing uses, if the scene has no other errors."""
     if not any(d.severity == "error" for d in found):
         yield from value_warnings.idle(scene)
         yield from value_warnings.unused(scene)
@@ -494,7 +501,7 @@ WHOLE: tuple[Check, ...] = (
 
 
 def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
-    """A sound scene with further overrides, and all diagnostics about it; its studies are left out of account."""
+    """Return a valid scene with further overrides, and all its diagnostics; its studies are not checked."""
     other, diagnostics = recompile(scene, more)
     if check not in other.known:
         complete = not any(d.severity == "error" for d in diagnostics)

@@ -1,4 +1,4 @@
-"""From the text of a scene to a scene that can be run, and all that is to be said about it."""
+"""Loader: from the text of a scene to a scene that can be run, and its diagnostics."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.language.compiled_scene import Scene
-from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.interpreter.validation.constructor_registry import compile_source
 from softmark.interpreter.validation.requested_names import needed
 from softmark.interpreter.validation.scene_checks import check
 
@@ -21,19 +21,19 @@ def checked(
     only: Sequence[str] = (),
     plugins: Sequence[str] = (),
 ) -> tuple[Scene | None, list[Diagnostic]]:
-    """The scene, None if it has errors, and all diagnostics about it; `only` are the models that are asked for.
+    """Return the scene, None if it has errors, and all diagnostics; `only` are the requested models.
 
-    What other models cannot do is no error then, but for those that these are made from. `plugins` are files, or names
-    of installed ones, that it may take words of.
+    Errors of other models are then ignored, except for models that these depend on. `plugins` are files, or names of
+    installed ones, whose words it may use.
     """
-    scene, diagnostics = compiled(source, folder, file, overrides, plugins)
+    scene, diagnostics = compile_source(source, folder, file, overrides, plugins)
     return looked_at(scene, diagnostics, only)
 
 
 def looked_at(
     scene: Scene, diagnostics: list[Diagnostic], only: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
-    """The same of a scene that is compiled, with what was found then; the list grows by what is found here."""
+    """Check a compiled scene; its list of diagnostics grows by what is found here."""
     scene = replace(scene, chosen=needed(scene, only))
     complete = not any(d.severity == "error" for d in diagnostics)
     diagnostics += check(scene, complete)

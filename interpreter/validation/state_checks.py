@@ -1,4 +1,4 @@
-"""What a scene says of the states of its analysis, and whether it hangs together: courses, references, fits."""
+"""Checks of the states of an analysis: amplitudes, references and fits."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
 def widest(scene: Scene) -> Scene:
-    """The scene in the state in which most is asked of it: what is wrong with sizes is wrong there.
+    """Return the scene in the state with the largest loads, in which errors of size show.
 
-    Of one without states, loads and supports that ask for some act in full.
+    Without states, loads and supports that depend on a state act in full.
     """
     states = states_of(scene)
     if states:
-        sizes = [_driven_by(scene, state) for state in states]
+        sizes = [_state_factor(scene, state) for state in states]
         return in_state(scene, sizes.index(max(sizes)))
-    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _driven(scene) if d.kind != "material"}
+    full = {d.name: replace(d, thing=d.thing.in_state(0, 1.0)) for d in _state_driven(scene) if d.kind != "material"}
     return replace(scene, declared={**scene.declared, **full}) if full else scene
 
 
-def _driven_by(scene: Scene, state: float) -> float:
+def _state_factor(scene: Scene, state: float) -> float:
     """How far a state drives loads and supports: at a time, the largest share that a course has reached."""
     if not isinstance(state, Moment):
         return abs(state)
@@ -54,20 +54,20 @@ def _driven_by(scene: Scene, state: float) -> float:
         return 0.0
 
 
-def _timed(scene: Scene) -> bool:
+def _has_times(scene: Scene) -> bool:
     """Whether its states are times."""
     return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
-def _driven(scene: Scene) -> list[Declared]:
+def _state_driven(scene: Scene) -> list[Declared]:
     """Those with the course of a state."""
     return [d for d in find_time_dependent(scene) if isinstance(d.thing.course, State)]
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """Errors and warnings about states; of a scene that has none, courses and references that ask for some.
+    """Yield errors and warnings about states; without states, of amplitudes and references that need them.
 
-    Nothing of a scene with several analyses, which is in error: states of one do not belong to another.
+    A scene with several analyses, itself an error, is skipped: states of one do not belong to another.
     """
     if len(scene.of_kind("analysis")) > 1:
         return
@@ -83,7 +83,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         from softmark.interpreter.validation import friction_checks
 
         yield from friction_checks.turned(scene)
-    driven = _driven(scene)
+    driven = _state_driven(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
     if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
         return
@@ -92,24 +92,24 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         yield from (_without(d, "course", "has the course of a state", moving) for d in driven)
         yield from (_without(r, "states", "has been measured in several states", moving) for r in tables)
         return
-    if _timed(scene):
+    if _has_times(scene):
         yield from _times(scene, states)
         yield from (_without(d, "course", "has the course of a state", True) for d in driven)
     yield from (wrong for r in tables if (wrong := _whole(r) or _as_many(r, len(states))) is not None)
     if len(states) > 1:
-        yield from (_of_one(r) for r in scene.of_kind("reference").values() if _measured_once(r))
+        yield from (_single_state_error(r) for r in scene.of_kind("reference").values() if _measured_once(r))
         yield from (_fitted(m) for m in scene.asked("model").values() if _is_fitted(m))
-        if not driven and not tables and not _timed(scene):
+        if not driven and not tables and not _has_times(scene):
             yield _alike(scene)
 
 
 def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Of tensions whose course turns them around: they push then. Of fibres that it makes shorter than they may be."""
+    """Check for muscle tensions whose amplitude turns negative, and fibres that it shortens too far."""
     for muscle in scene.of_kind("material").values():
         course = getattr(muscle.thing, "course", None)
         if course is None:
             continue
-        least, most = _reached(scene, course, states)
+        least, most = _amplitude_range(scene, course, states)
         if muscle.thing.pulls:
             if least < 0.0:
                 yield diagnostic("W398", muscle.at("course"), f"`{muscle.name}` pushes in a part of its course",
@@ -122,7 +122,7 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
                              )  # fmt: skip
 
 
-def _reached(scene: Scene, course: Any, states: tuple[float, ...]) -> tuple[float, float]:
+def _amplitude_range(scene: Scene, course: Any, states: tuple[float, ...]) -> tuple[float, float]:
     """The least and the largest share of a course in an analysis, 0 among them; of a table that cannot be read, 0."""
     if isinstance(course, State):
         return min(states, default=0.0), max(states, default=0.0)
@@ -139,11 +139,11 @@ def _reached(scene: Scene, course: Any, states: tuple[float, ...]) -> tuple[floa
 
 
 def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Lists without a state, or with more than a run can hold."""
+    """Check that there is at least one state, and not more than a run can hold."""
     for analysis in scene.of_kind("analysis").values():
-        given = analysis.value("times" if _timed(scene) else "states")
+        given = analysis.value("times" if _has_times(scene) else "states")
         if given is not None and not given.values:
-            field, one = ("times", "time") if _timed(scene) else ("states", "state")
+            field, one = ("times", "time") if _has_times(scene) else ("states", "state")
             yield diagnostic("E311", analysis.at(field), f"`{analysis.name}` has a list of {field} without a {one}",
                              "an empty list", f"give it some: {SOME}; or leave `{field}` out")  # fmt: skip
     if len(states) > MOST:
@@ -153,7 +153,7 @@ def _number(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 
 def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Times of a course that do not go on, or beyond its end; more steps than a run can hold."""
+    """Check that times increase, lie within the amplitude, and do not need too many steps."""
     analysis = next(iter(scene.of_kind("analysis").values()))
     thing: Quasistatic = analysis.thing
     if any(b <= a for a, b in pairwise(times)):
@@ -166,21 +166,21 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
     if (count := thing.duration / thing.step) > STEPS:
         yield diagnostic("E361", analysis.at("step"), f"`{analysis.name}` takes {count:.2g} steps",
                          f"more than {STEPS}", "every step is an equilibrium: take longer ones")  # fmt: skip
-    if (wrong := _unread(scene, thing.duration)) is not None:
+    if (wrong := _table_error(scene, thing.duration)) is not None:
         yield wrong
 
 
-def _unread(scene: Scene, duration: float) -> Diagnostic | None:
+def _table_error(scene: Scene, duration: float) -> Diagnostic | None:
     """A table that a load or support cannot follow."""
     return next((wrong for d in find_time_dependent(scene) if (wrong := table_fault(d, duration)) is not None), None)
 
 
 def _loops(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
-    """Metrics of a loop, of states that make none; a motion is refused with curves."""
-    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _timed(scene):
+    """Check that metrics of a loop have states that load and unload; dynamic analyses are refused with curves."""
+    if any(isinstance(a.thing, Dynamic) for a in scene.of_kind("analysis").values()) or _has_times(scene):
         return  # in time a curve turns where it does
     for metric in scene.of_kind("metric").values():
-        if metric.thing.of_all_states and (wrong := _one_way(metric, states)) is not None:
+        if metric.thing.of_all_states and (wrong := _loop_error(metric, states)) is not None:
             yield wrong
 
 
@@ -193,7 +193,7 @@ def _without(declared: Declared, field: str, does: str, moving: bool) -> Diagnos
 
 
 def _whole(reference: Declared) -> Diagnostic | None:
-    """Numbers of columns that are none; or a single number beside the list."""
+    """Return the error for invalid column numbers, or for a single number next to the list."""
     if "state" in reference.fields:
         return diagnostic("E312", reference.at("state"), f"`{reference.name}` has both a `state` and `states`",
                           "one too many", "keep `states`, one for each state of the analysis")  # fmt: skip
@@ -221,7 +221,7 @@ def _measured_once(reference: Declared) -> bool:
     return bool(reference.thing.how == "measured" and reference.value("states") is None and not many)
 
 
-def _of_one(reference: Declared) -> Diagnostic:
+def _single_state_error(reference: Declared) -> Diagnostic:
     """A measurement of one state cannot be the truth in others."""
     help = "leave one state in the analysis, or give what was measured a scene of its own that has that state alone"
     if isinstance(reference.thing, TrackedPoints):
@@ -231,7 +231,7 @@ def _of_one(reference: Declared) -> Diagnostic:
                       "in which state?", help)  # fmt: skip
 
 
-def _one_way(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
+def _loop_error(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
     """States that do not go one way and back again have no loop."""
     turn = max(range(len(states)), key=lambda i: abs(states[i] - states[0]), default=0)
     sides = [states[: turn + 1], states[turn:]]

@@ -1,6 +1,6 @@
-"""What is wrong with the studies of a scene: every value of a sweep is tried in its place.
+"""Checks of the studies of a scene: every value of a sweep is tried.
 
-A value is checked by compiling the scene once more with it: the checks and their messages are those of the file.
+The scene is compiled again with each value, so the checks and messages are the same as for the file.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FEWEST = 3  # values that an observed order needs: Celik et al. (2008)
 
 
 def check(scene: Scene) -> Iterator[Diagnostic]:
-    """What is wrong with the studies of a scene that has no other errors; something may be said twice."""
+    """Yield errors of the studies of a scene without other errors; duplicates are possible."""
     studies = scene.of_kind("study")
     sweeps = {n: s.thing for n, s in studies.items() if isinstance(s.thing, Sweep)}
     if len(sweeps) > MOST:
@@ -34,18 +34,18 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
         return
     size = scene.table.size if scene.table else 0
     each = max(FEWEST, min(TRIED, TEXT // (size + 1)) // max(1, len(sweeps)))
-    tried = {n: [_try(scene, sweep, v) for v in _spread(sweep.over, each)] for n, sweep in sweeps.items()}
+    tried = {n: [_try(scene, sweep, v) for v in _pick_values(sweep.over, each)] for n, sweep in sweeps.items()}
     for name, study in studies.items():
         if name in tried:
             yield from _sweep(scene, study, tried[name])
         elif isinstance(study.thing, Stability):
-            yield from robustness_plan.doubts(scene, study)
+            yield from robustness_plan.find_study_errors(scene, study)
         else:
-            yield from _asking(scene, study, tried)
+            yield from _check_sweep_user(scene, study, tried)
 
 
 @dataclass(frozen=True)
-class _Tried:
+class _TriedValue:
     """A value of a sweep in its place: the number that it is there, SI, and the errors of the scene with it."""
 
     variant: Variant
@@ -53,19 +53,21 @@ class _Tried:
     errors: list[Diagnostic]
 
 
-def _spread(over: Sequence[Variant], most: int) -> Sequence[Variant]:
+def _pick_values(over: Sequence[Variant], most: int) -> Sequence[Variant]:
     """All values, or as many as may be tried, the first and the last among them; a comparison looks at the others."""
     if len(over) <= most:
         return over
     return [over[round(i * (len(over) - 1) / (most - 1))] for i in range(most)]
 
 
-def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _Tried:
+def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _TriedValue:
+    """Compile the scene with one value of a sweep."""
     other, diagnostics = varied(scene, [override_of(sweep, variant)])
-    return _Tried(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
+    return _TriedValue(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
 
 
-def _sweep(scene: Scene, study: Declared, tried: Sequence[_Tried]) -> Iterator[Diagnostic]:
+def _sweep(scene: Scene, study: Declared, tried: Sequence[_TriedValue]) -> Iterator[Diagnostic]:
+    """Yield errors of one sweep."""
     if study.thing.with_ is not None:
         yield from _is_sweep(scene, study, "with")
     links = chain(scene, study)
@@ -82,8 +84,8 @@ def _sweep(scene: Scene, study: Declared, tried: Sequence[_Tried]) -> Iterator[D
             yield _variant_error(study.thing.target, one)
 
 
-def _variant_error(target: SweepTarget, tried: _Tried) -> Diagnostic:
-    """An error of the scene with one value: the first at the value itself, else the first as a consequence of it."""
+def _variant_error(target: SweepTarget, tried: _TriedValue) -> Diagnostic:
+    """Return an error of the scene with one value: the first at the value itself, else the first as its consequence."""
     places, source = (tried.variant.at.span, target.span), tried.variant.at.source
     own = (d for d in tried.errors if d.source is source and d.span is not None
            and any(p.start <= d.span.start and d.span.end <= p.end for p in places))  # fmt: skip
@@ -91,7 +93,7 @@ def _variant_error(target: SweepTarget, tried: _Tried) -> Diagnostic:
 
 
 def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
-    """An error elsewhere in the scene, told of the value that brings it about."""
+    """Return an error elsewhere in the scene, reported at the value that causes it."""
     note = ""
     if error.span is not None and error.source is not None:
         note = f"{error.code} in {error.source.name}, line {error.span.line}"
@@ -100,7 +102,9 @@ def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
     return diagnostic("E511", variant.at, message, "not possible here", error.help, notes)
 
 
-def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]) -> Iterator[Diagnostic]:
+def _check_sweep_user(
+    scene: Scene, study: Declared, tried: Mapping[str, Sequence[_TriedValue]]
+) -> Iterator[Diagnostic]:
     """A convergence or a front of something that is no sweep, or of one that cannot be asked."""
     if study.thing.over is None:
         return
@@ -111,7 +115,7 @@ def _asking(scene: Scene, study: Declared, tried: Mapping[str, Sequence[_Tried]]
     sweep = scene.declared[study.thing.over]
     values = tried.get(sweep.name)
     if values is None:  # of another file
-        values = [_try(scene, sweep.thing, v) for v in _spread(sweep.thing.over, 20)]
+        values = [_try(scene, sweep.thing, v) for v in _pick_values(sweep.thing.over, 20)]
     numbers = {one.number for one in values if one.number is not None}
     if len(numbers) < FEWEST:
         message = f"`{study.name}` needs at least {FEWEST} different numbers to see an order"

@@ -1,4 +1,4 @@
-"""Models of hexahedra, of bodies that tetrahedra alone can fill."""
+"""Checks of hexahedral models of bodies that only tetrahedra can fill."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ FIT = " or ".join(f"`{name}`" for name, element in ELEMENTS.items() if element.f
 
 
 def enclosed(model: Declared, case: Case, shape: SurfaceBody) -> Diagnostic | None:
-    """Elements that a filled surface cannot be made of."""
-    kind = _other(model)
+    """Return the error for elements that cannot fill a surface."""
+    kind = _hexahedral_element(model)
     if not kind:
         return None
     name = Path(shape.file).name if isinstance(shape, Filled) else case.body.name
@@ -30,15 +30,15 @@ def enclosed(model: Declared, case: Case, shape: SurfaceBody) -> Diagnostic | No
 
 
 def unmeshed(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
-    """Hexahedra of a shape that has no such mesh."""
-    kind = _other(model)
+    """Return the error for hexahedra of a shape without a hexahedral mesh."""
+    kind = _hexahedral_element(model)
     if not kind:
         return None
     problem = f"`{model.name}` asks for {kind}, and `{case.body.name}` has no mesh of hexahedra: {shape.lacks}"
     return diagnostic("E335", model.at(), problem, "tetrahedra only", f"take {FIT}, or another shape")
 
 
-def _other(model: Declared) -> str:
+def _hexahedral_element(model: Declared) -> str:
     """The solid element of a model that is no tetrahedron, "" where it is one."""
     kind: str = model.thing.mesh_key()[0]
     return kind if kind in ELEMENTS and element_of(kind).family != Tetrahedron.family else ""

@@ -1,4 +1,4 @@
-"""What is wrong with values that a scene gives and with what is held against them, as far as the text tells."""
+"""Checks of given values and of the metrics compared with them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ WIDE = {
 
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
-    """All of it, of the scene with its states."""
+    """Yield all errors of given values, for the scene with its states."""
     wrong: set[str] = set()
     blamed: set[str] = set()  # by a metric, of which one word is enough
     doubts: list[tuple[str, Diagnostic]] = []
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, GivenValues):
-            told = [*_uncertain(reference), *_as_many(scene, reference)] or [*_ends(reference)]
+            told = [*_check_uncertainties(reference), *_as_many(scene, reference)] or [*_check_band(reference)]
             refused = [d for d in told if d.severity == "error"]
             wrong |= {reference.name} if refused else set()
             doubts += [(reference.name, d) for d in told if d.severity != "error"]
@@ -44,7 +44,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 # ------------------------------------------------------------------ the values
 
 
-def _uncertain(reference: Declared) -> Iterator[Diagnostic]:
+def _check_uncertainties(reference: Declared) -> Iterator[Diagnostic]:
     """What says how far values may be off: of another dimension, no share of one, or of another number of values."""
     if not reference.thing.source_.strip():
         word = reference.constructor.name
@@ -61,6 +61,7 @@ def _uncertain(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
+    """Check one uncertainty field."""
     values, own = reference.thing.values, reference.value(field)
     shares = field in SHARES
     due, given = values.dimension, own.dimension
@@ -79,7 +80,7 @@ def _field(reference: Declared, field: str) -> Iterator[Diagnostic]:
 
 
 def _band(reference: Declared) -> Diagnostic | None:
-    """A band that is not said, said in two ways, or of which one end is missing."""
+    """Return the error for a band that is missing, given in two ways, or lacks one end."""
     said = [field for field in reference.thing.lists if reference.value(field) is not None]
     if said in (["spread"], ["low", "high"]):
         return None
@@ -93,7 +94,7 @@ def _band(reference: Declared) -> Diagnostic | None:
                       "give `spread`, an amount or a share on both sides, or `low` and `high`")  # fmt: skip
 
 
-def _ends(reference: Declared) -> Iterator[Diagnostic]:
+def _check_band(reference: Declared) -> Iterator[Diagnostic]:
     """A band in which the value does not lie, or that has no width; one so wide that it says nothing."""
     name, dimension = reference.name, reference.thing.values.dimension
     agreed = isinstance(reference.thing, Consensus)
@@ -123,7 +124,7 @@ def _ends(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _as_many(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
-    """As many values as the analysis has states, or one."""
+    """Check that there is one value, or one for each state."""
     count, states = len(reference.thing.values.values), len(states_of(scene))
     if count in (1, states) or any(a.value("states") is not None and not states for a in _analyses(scene)):
         return
@@ -151,7 +152,7 @@ def _count(number: int, what: str) -> str:
 
 
 def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """The metric must be measured from nothing, and of the dimension of the values, none of which is zero."""
+    """Check that the metric has no reference of its own and the dimension of the values, none of which is zero."""
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
     if not isinstance(reference.thing, GivenValues):
@@ -172,10 +173,10 @@ def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
                          f" {found}", f"`{of.name}` is {name}; hold it against values in {units.usual_units(due)}"
                          )  # fmt: skip
         return
-    yield from _relative(metric, reference)
+    yield from _check_divisor(metric, reference)
 
 
-def _relative(metric: Declared, reference: Declared) -> Iterator[Diagnostic]:
+def _check_divisor(metric: Declared, reference: Declared) -> Iterator[Diagnostic]:
     """What the difference is relative to must not be zero."""
     by_value = metric.thing.relative_to == "value"
     sizes = [known.value if by_value else min(known.sides) for known in reference.thing.each]

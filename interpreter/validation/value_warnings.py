@@ -1,6 +1,6 @@
-"""Warnings about values that are allowed and doubtful, and about what nothing uses.
+"""Warnings about unusual but allowed values, and about unused declarations.
 
-To add one: a function that yields diagnostics, a line in LINTS.
+To add one: write a function that yields diagnostics, and add a line in LINTS.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from softmark.interpreter.language.compiled_scene import Location, Scene
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.scene_states import find_time_dependent
 from softmark.interpreter.metrics.frequency import Frequency
-from softmark.interpreter.planning.run_plan import asked_of
+from softmark.interpreter.planning.run_plan import find_needed
 from softmark.interpreter.vocabulary.amplitude_words import State
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.interpreter.vocabulary.load_words import BodyForce
@@ -31,7 +31,7 @@ DENSITY: units.Dimension = (-3, 1, 0, 0, 0)
 
 
 def _materials(scene: Scene) -> Iterator[tuple[Any, Callable[[str], Location]]]:
-    """Each material of the scene itself, and where its fields stand: for one inside a body, its field."""
+    """Yield each material of the scene and the location of its fields; inside a body, of the body's field."""
     declared = {id(d.thing) for d in scene.declared.values() if d.kind == "material"}
     for material in scene.of_kind("material").values():
         yield material.thing, material.at
@@ -77,7 +77,7 @@ def _stiffnesses(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _convexities(scene: Scene) -> Iterator[Diagnostic]:
-    """Constants by which a law of finite strain gives way somewhere, in a scene that asks for such a law."""
+    """Warn about constants with which a finite strain law loses stability, if a model uses such a law."""
     if all(getattr(model.thing, "strain", "") != "finite" for model in scene.of_kind("model").values()):
         return
     for material, at in _materials(scene):
@@ -103,7 +103,7 @@ def _gravities(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
-    """Dashpots where no speeds are known."""
+    """Warn about dashpots in an analysis without velocities."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if analysis is not None and isinstance(analysis.thing, Dynamic):
         return
@@ -115,7 +115,7 @@ def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic("W370", bed.at("damping"), problem, "of a dynamic analysis", help)
 
 
-def _settled(scene: Scene) -> Iterator[Diagnostic]:
+def _predetermined(scene: Scene) -> Iterator[Diagnostic]:
     """Expectations that are met or not before anything is computed."""
     for expectation in scene.expectations:
         # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
@@ -136,7 +136,7 @@ def _registered(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _courses(scene: Scene) -> Iterator[Diagnostic]:
-    """A state of rest knows no time."""
+    """Warn about amplitudes over time in a static analysis."""
     if any(isinstance(a.thing, Dynamic | Quasistatic) for a in scene.of_kind("analysis").values()):
         return
     for declared in find_time_dependent(scene):
@@ -148,7 +148,7 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
                              " the motion")  # fmt: skip
 
 
-def _mirrored(scene: Scene) -> Iterator[Diagnostic]:
+def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
     """Of a half, only modes that are symmetric can be found; another may be the slowest."""
     mirrors = [s for s in scene.of_kind("support").values() if isinstance(s.thing, Symmetric)]
     for metric in scene.of_kind("metric").values():
@@ -161,8 +161,8 @@ def _mirrored(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def idle(scene: Scene) -> Iterator[Diagnostic]:
-    """Models that nothing asks about."""
-    asked = asked_of(scene)
+    """Warn about models that no question is about."""
+    asked = find_needed(scene)
     for name, model in scene.of_kind("model").items():
         if name not in asked:
             yield diagnostic("W308", model.at(), f"nothing asks for `{name}`, so it is not computed",
@@ -171,7 +171,7 @@ def idle(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def unused(scene: Scene) -> Iterator[Diagnostic]:
-    """Names that nothing refers to, in a scene that asks for something; another is a library of names."""
+    """Warn about names that nothing refers to, in a scene with questions; a scene without is a library of names."""
     if not any(scene.of_kind(kind) for kind in ("model", "reference")):
         return
     for name, at in scene.unused.items():
@@ -184,6 +184,6 @@ def unused(scene: Scene) -> Iterator[Diagnostic]:
 
 
 LINTS: tuple[Callable[[Scene], Iterator[Diagnostic]], ...] = (
-    _densities, _stiffnesses, _convexities, _gravities, _dashpots, _registered, _courses, _settled,
-    _mirrored,
+    _densities, _stiffnesses, _convexities, _gravities, _dashpots, _registered, _courses, _predetermined,
+    _check_half_models,
 )  # fmt: skip

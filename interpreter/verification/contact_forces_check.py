@@ -21,7 +21,7 @@ from softmark.interpreter.verification.load_forces_check import selected
 from softmark.interpreter.verification.support_reactions_check import held, motion
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.solvers.contact.signed_distance import gap_of
-from softmark.solvers.contact.signed_distance.distance_function import inside as depth_of_middle
+from softmark.solvers.contact.signed_distance.distance_function import depth_of_centroid as depth_of_middle
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.independent_forces import (
     penetration_depth,
@@ -43,7 +43,7 @@ from softmark.solvers.mesh.tubes import Tube
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.prepared_model import Moved
     from softmark.interpreter.problem.body_case import Case, Touch
-    from softmark.solvers.contact.surface_points import Joined
+    from softmark.solvers.contact.surface_points import AddedContactPoints
     from softmark.solvers.mesh.shape import Shape
 
 ROUND = 1e-9  # of a shape function: what is less is nothing
@@ -218,7 +218,7 @@ def of_contact(case: Case, touch: Touch, mesh: Moved, u: Floats) -> tuple[Floats
     return found, 4.0 * EPS * size * float((A * slope).sum())
 
 
-def _with(points: tuple[Ints, Floats, Floats], joined: Joined) -> tuple[Ints, Floats, Floats]:
+def _with(points: tuple[Ints, Floats, Floats], joined: AddedContactPoints) -> tuple[Ints, Floats, Floats]:
     """With those that have joined, as a state says: what they stand for is taken as it is, as what the law is for."""
     of, N, A = points
     own = joined.points
@@ -231,7 +231,9 @@ def _with(points: tuple[Ints, Floats, Floats], joined: Joined) -> tuple[Ints, Fl
     return of, N, np.concatenate([A, own.A])
 
 
-def _before_planes(joined: Joined, touch: Touch, x: Floats, g: Floats, n: Floats, near: float) -> tuple[Floats, Floats]:
+def _before_planes(
+    joined: AddedContactPoints, touch: Touch, x: Floats, g: Floats, n: Floats, near: float
+) -> tuple[Floats, Floats]:
     """Gaps and normals with those of points that have joined to their planes: of such as are at the body in truth."""
     c, ends = (taken(points, *motion(touch)) for points in (joined.c, joined.c + joined.n))
     new = slice(len(g) - len(c), None)

@@ -37,7 +37,7 @@ from softmark.interpreter.results.error_statements import StatedError
 from softmark.interpreter.results.json_records import clean
 from softmark.interpreter.results.run_report import ModelResult, ProbeResult
 from softmark.interpreter.results.state_results import SOLVED
-from softmark.interpreter.validation.amplitude_resolution import shows
+from softmark.interpreter.validation.amplitude_resolution import is_resolved_by_step
 from softmark.interpreter.verification import grid_convergence, rounding_error
 from softmark.interpreter.verification.accuracy_warnings import DOUBTS, doubts_of, is_doubt
 from softmark.interpreter.verification.by_model import voucher_of
@@ -225,7 +225,7 @@ class Stated(Answer):
         smooth = not (self.case.contacts or self.case.pairs) and analysis.integrator not in FIRST_ORDER
         ratio = 4.0 if smooth else 2.0  # of the errors of two steps, one twice as long
         # where a step twice as long would not show a course, it might miss it just as this one does
-        finer = analysis.explicit or not shows(self.case, 2.0 * analysis.step)
+        finer = analysis.explicit or not is_resolved_by_step(self.case, 2.0 * analysis.step)
         apart = self._stepped(seen, 0.5 if finer else 2.0, "another one")
         return max(STEP * apart * (ratio if finer else 1.0) / (ratio - 1.0), self._of_modes(seen))
 

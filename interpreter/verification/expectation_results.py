@@ -13,7 +13,7 @@ from softmark.interpreter.language.compiled_scene import Expectation, Scene
 from softmark.interpreter.language.expectation_conditions import find_metrics, find_stateless_metrics, is_satisfied
 from softmark.interpreter.language.expression_evaluation import EvaluationError, Evaluator, Place, Quantity, Value
 from softmark.interpreter.language.scene_states import find_state_indices
-from softmark.interpreter.planning.run_plan import named_in
+from softmark.interpreter.planning.run_plan import names_in_expectation
 from softmark.interpreter.results.run_report import ExpectationResult, ModelResult, ReferenceResult
 from softmark.interpreter.results.state_results import LEFT_OUT, percent
 
@@ -32,7 +32,7 @@ def _about(expectation: Expectation) -> tuple[tuple[str, str], ...]:
 
 def _verdict(scene: Scene, results: Results, expectation: Expectation, states: Sequence[float]) -> ExpectationResult:
     text, line = expectation.text, expectation.location.span.line
-    named = named_in(expectation.node)
+    named = names_in_expectation(expectation.node)
     missing = sorted(named - set(results) - set(scene.parameters))
     if missing:
         return ExpectationResult(text, line, None, None, reason=f"{', '.join(missing)} was not run", left_out=True)

@@ -11,7 +11,7 @@ from softmark.interpreter.models.shared.self_contact_setup import pairs_on
 from softmark.interpreter.verification.load_forces_check import sampled, selected
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.interpreter.vocabulary.self_contact_words import Tied
-from softmark.solvers.contact.contact_surface import pieces_of
+from softmark.solvers.contact.contact_surface import number_mesh_pieces
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.independent_forces import solid_forces
 
@@ -76,7 +76,7 @@ def _glued(case: Case, tie: Any, pair: Any, mesh: Moved, u: Floats) -> Floats:
 
     swept = selected(tie.where, case, mesh.mesh)
     facets = np.unique(np.concatenate([np.concatenate([whole, parts[0]]) for whole, parts, _ in swept]), axis=0)
-    of, reach = pieces_of(mesh.mesh), tie.reach or REACH * size_of(case, mesh.mesh)
+    of, reach = number_mesh_pieces(mesh.mesh), tie.reach or REACH * size_of(case, mesh.mesh)
     piece, found = of[facets[:, 0]], np.zeros_like(u)
     for a in range(int(of.max())):
         one, other = facets[piece == a], facets[piece > a]

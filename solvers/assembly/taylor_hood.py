@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 
 from softmark.solvers.elements import element_of
-from softmark.solvers.energies.poroelastic import Permeable, Seeping
+from softmark.solvers.energies.poroelastic import PermeabilityLaw, PoroelasticSolid
 from softmark.solvers.mesh.element_interpolation import Integration
 from softmark.solvers.mesh.mesh import Mesh
 from softmark.solvers.mesh.pressure_interpolation import build_pressure_space
 
 
-def seeping(mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: Permeable, turns: bool) -> Seeping:
+def seeping(
+    mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: PermeabilityLaw, turns: bool
+) -> PoroelasticSolid:
     """The energy of a porous solid: displacements, and behind them pressures; `pair` is its law and measure of volume.
 
     The unit of pressures is the shear modulus `mu` (Pa) over the edge of a mean cell, so that no block of the matrix
@@ -27,7 +29,7 @@ def seeping(mesh: Mesh, parts: Integration, pair: Any, mu: float, pores: Permeab
     nodal = element_of(mesh.element.linear).shape(mesh.element.places())  # (a, b): what those of pressures are there
     slopes = nodal.T @ parts.dNdX
     law, constraint = pair
-    return Seeping(
+    return PoroelasticSolid(
         mesh.cells, parts.dNdX, parts.w, law, constraint, 0.0, at, known.N, len(mesh.points), mu, edge,
         conservative=not turns, dNpdX=slopes, pores=pores, turns=turns,
     )  # fmt: skip

@@ -18,7 +18,7 @@ BOTH = 4.0 / 3.0  # the mean of r^2 that an axis and its ring stand for, in that
 NEXT = 1.125  # the same of the ring after it
 
 
-def mended(p: Floats, area: Floats, corners: Ints, r: Floats, alike: Ints) -> Floats:
+def correct_axis_pressures(p: Floats, area: Floats, corners: Ints, r: Floats, alike: Ints) -> Floats:
     """Return pressures p (n,), Pa, of nodes at radii r (n,), m, corrected on the axis and on the ring next to it.
 
     The force on both together is kept. Their mean and the ring after them give the even parabola that the corrected
@@ -32,11 +32,13 @@ def mended(p: Floats, area: Floats, corners: Ints, r: Floats, alike: Ints) -> Fl
         own = corners[inner]
         ring = np.isin(alike, alike[own[~axis[own]]])
         after = corners[ring[corners].any(axis=1) & ~inner]
-        _mend(found, p, area, r, tip, ring, after[~ring[after] & ~axis[after]])
+        _correct_axis_point(found, p, area, r, tip, ring, after[~ring[after] & ~axis[after]])
     return found
 
 
-def _mend(found: Floats, p: Floats, area: Floats, r: Floats, tip: Bools, ring: Bools, after: Ints) -> None:
+def _correct_axis_point(
+    found: Floats, p: Floats, area: Floats, r: Floats, tip: Bools, ring: Bools, after: Ints
+) -> None:
     """Correct one place on the axis: masks of its nodes and of the ring, and node numbers of the ring `after` it."""
     a, b = area[tip].max(), area[ring].max()
     mean = (a * p[tip].max() + b * p[ring].max()) / (a + b)

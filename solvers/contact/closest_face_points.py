@@ -7,49 +7,49 @@ import numpy as np
 from softmark.solvers.energies.energy import Floats, Ints
 
 
-def shares(p: Floats, t: Floats) -> Floats:
+def closest_point_weights(p: Floats, t: Floats) -> Floats:
     """Return the shape functions (c, k) of the corners of faces t (c, k, d) at the points closest to p (c, d)."""
     if t.shape[1] == 2:
-        return _of_sides(p, t)
-    found = _of_planes(p, t)
+        return _segment_weights(p, t)
+    found = _triangle_plane_weights(p, t)
     out = np.flatnonzero((found < 0.0).any(axis=1))
     best = np.full(len(out), np.inf)
     for i, j in ((0, 1), (1, 2), (2, 0)):
-        two = _of_sides(p[out], t[out][:, [i, j]])
+        two = _segment_weights(p[out], t[out][:, [i, j]])
         own = np.zeros((len(out), 3))
         own[:, [i, j]] = two
-        far = np.linalg.norm(_from(own, p[out], t[out]), axis=1)
+        far = np.linalg.norm(_vectors_from(own, p[out], t[out]), axis=1)
         nearer = far < best
         found[out[nearer]], best = own[nearer], np.minimum(far, best)
     return found
 
 
-def away(p: Floats, t: Floats) -> Floats:
+def vectors_from_closest_points(p: Floats, t: Floats) -> Floats:
     """Return the vectors (c, d), m, from the closest points on faces t (c, k, d) to the points p (c, d)."""
-    return _from(shares(p, t), p, t)
+    return _vectors_from(closest_point_weights(p, t), p, t)
 
 
-def least(of: Ints, far: Floats) -> Ints:
-    """Return the index of the nearest pair of each thing, given things `of` (c,) of all pairs and distances `far` (c,)."""
+def nearest_pair_of_each(of: Ints, far: Floats) -> Ints:
+    """Return the index of the nearest pair of each thing, for things `of` (c,) and distances `far` (c,) of all pairs."""
     order = np.lexsort((far, of))
     found: Ints = order[np.unique(of[order], return_index=True)[1]]
     return found
 
 
-def _from(shares: Floats, p: Floats, t: Floats) -> Floats:
+def _vectors_from(shares: Floats, p: Floats, t: Floats) -> Floats:
     """Return the vectors from points on faces t, given by the shares of their corners, to the points p."""
     found: Floats = p - np.einsum("ca,cai->ci", shares, t)
     return found
 
 
-def _of_sides(p: Floats, t: Floats) -> Floats:
+def _segment_weights(p: Floats, t: Floats) -> Floats:
     """Return shape functions of the ends of segments t (c, 2, d) at the points closest to p."""
     a = t[:, 1] - t[:, 0]
     s = np.clip(np.einsum("ci,ci->c", p - t[:, 0], a) / np.einsum("ci,ci->c", a, a), 0.0, 1.0)
     return np.stack([1.0 - s, s], axis=1)
 
 
-def _of_planes(p: Floats, t: Floats) -> Floats:
+def _triangle_plane_weights(p: Floats, t: Floats) -> Floats:
     """Return barycentric coordinates of the projection of p to the planes of triangles t (c, 3, 3)."""
     a, b, r = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0], p - t[:, 0]
     n = np.cross(a, b)

@@ -25,7 +25,7 @@ NEWTON = 12  # iterations for the border on a side, which is a cubic with one ro
 
 
 @dataclass(frozen=True)
-class Pressing:
+class ContactPressure:
     """Pressure field from normal forces f (n,), N, and gaps g (n,), m, at nodes of facets (k, m); positions x (n, 3),
     m.
 
@@ -128,9 +128,9 @@ class Pressing:
         on = area > 0.0
         p: Floats = np.where(on, np.maximum(F, 0.0) / np.where(on, area, 1.0), 0.0)
         if self.depth and self.alike is not None and not self._facet.between:
-            from softmark.solvers.contact.axis_pressure_correction import mended
+            from softmark.solvers.contact.axis_pressure_correction import correct_axis_pressures
 
-            p = mended(p, area, self.corners, np.abs(self.x[:, 0]), self.alike)
+            p = correct_axis_pressures(p, area, self.corners, np.abs(self.x[:, 0]), self.alike)
         for i, ends in enumerate(self._facet.between):
             p[self.facets[:, self._facet.corners + i]] = p[self.facets[:, list(ends)]].mean(axis=1)
         return p

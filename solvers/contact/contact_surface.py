@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.contact.closest_face_points import away, least
+from softmark.solvers.contact.closest_face_points import nearest_pair_of_each, vectors_from_closest_points
 from softmark.solvers.contact.surface_points import SAME
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.mesh.mesh import Floats, Ints, Mesh
@@ -21,7 +21,7 @@ from softmark.solvers.mesh.plane_boundary import is_on_border
 
 
 @dataclass(frozen=True)
-class Skin:
+class ContactSurface:
     """Surface with corners at rest `X` (v, d), m, that move by `M` (d v, dofs), and outward faces `faces` (t, d).
 
     `patch` (v,) numbers the pieces of the body that share no node. The last `points` rows of `X` are sample points,
@@ -61,7 +61,7 @@ class Skin:
         sample = np.repeat(np.arange(self.points), last - first)
         face = order[np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)])]
         p, t = self.X[self.corners + sample], self.X[self.faces[face]]
-        found: Ints = face[least(sample, np.linalg.norm(away(p, t), axis=1))]
+        found: Ints = face[nearest_pair_of_each(sample, np.linalg.norm(vectors_from_closest_points(p, t), axis=1))]
         return found
 
     def places(self, x: Floats) -> Floats:
@@ -78,9 +78,9 @@ class Skin:
         return np.unique(both, axis=0)
 
 
-def skin_of(
+def build_contact_surface(
     mesh: Mesh, dofs: int, parts: int, where: Ints | None = None, flat: bool = False, depth: float = 0.0
-) -> Skin:
+) -> ContactSurface:
     """Return the contact surface of a mesh with `dofs` degrees of freedom; samples only on facets `where` (s,), if
     given.
 
@@ -88,9 +88,9 @@ def skin_of(
     """
     facets = np.flatnonzero(is_on_border(mesh.points, mesh.facets)) if flat else np.arange(len(mesh.facets))
     sampled = facets if where is None else np.intersect1d(facets, where)
-    split = _lines if flat else triangles
-    nodes, N, faces, home = _corners(mesh, facets, parts, split)
-    of, inside, A = _samples(mesh, sampled, parts, flat)
+    split = _subdivide_into_lines if flat else subdivide_facet
+    nodes, N, faces, home = _build_corners(mesh, facets, parts, split)
+    of, inside, A = _place_samples(mesh, sampled, parts, flat)
     rows = sparse.vstack([N, inside]).tocsr()
     d = 2 if flat else 3
     X = rows @ mesh.points
@@ -101,11 +101,11 @@ def skin_of(
     M = sparse.kron(rows, sparse.eye(3, format="csr")[:d], format="csr")
     M = sparse.csr_matrix((M.data, M.indices, M.indptr), shape=(M.shape[0], dofs))
     M.eliminate_zeros()
-    patch = pieces_of(mesh)[np.concatenate([nodes, mesh.facets[of, 0]])]
-    return Skin(np.ascontiguousarray(X[:, :d]), M, faces, patch, A, of, home)
+    patch = number_mesh_pieces(mesh)[np.concatenate([nodes, mesh.facets[of, 0]])]
+    return ContactSurface(np.ascontiguousarray(X[:, :d]), M, faces, patch, A, of, home)
 
 
-def pieces_of(mesh: Mesh) -> Ints:
+def number_mesh_pieces(mesh: Mesh) -> Ints:
     """Return the number of the piece that each node belongs to (n,): pieces share no node."""
     from scipy.sparse.csgraph import connected_components
 
@@ -116,13 +116,13 @@ def pieces_of(mesh: Mesh) -> Ints:
     return found
 
 
-def others(mesh: Mesh) -> Any:
+def mask_nodes_after_first_piece(mesh: Mesh) -> Any:
     """Return a mask (n,) of the nodes of all pieces but the first; None for a body in one piece."""
-    of = pieces_of(mesh)
+    of = number_mesh_pieces(mesh)
     return of > 0 if of.any() else None
 
 
-def triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:
+def subdivide_facet(nodes: int, parts: int) -> tuple[Floats, Ints]:
     """Return local points (p, 2) of a facet with `nodes` nodes, and triangles (t, 3) of them, counter-clockwise."""
     facet = FACETS[nodes]
     step = np.array([(i, j) for i in range(parts + 1) for j in range(parts + 1)])
@@ -136,19 +136,19 @@ def triangles(nodes: int, parts: int) -> tuple[Floats, Ints]:
     return step[used] / parts, small.reshape(-1, 3)
 
 
-def _lines(nodes: int, parts: int) -> tuple[Floats, Ints]:
-    """Return local points along the first coordinate of a facet, and lines (t, 2); see `_turned` if that is z."""
+def _subdivide_into_lines(nodes: int, parts: int) -> tuple[Floats, Ints]:
+    """Return local points along the first coordinate of a facet, and lines (t, 2); see `_runs_along_z` if that is z."""
     t = np.linspace(-1.0, 1.0, parts + 1)
     return np.stack([t, np.zeros(parts + 1)], axis=1), np.stack([np.arange(parts), np.arange(1, parts + 1)], axis=1)
 
 
-def _turned(mesh: Mesh, facets: Ints) -> Any:
+def _runs_along_z(mesh: Mesh, facets: Ints) -> Any:
     """Return a mask of the facets of a slice (f,) whose first coordinate runs along z."""
     z = mesh.points[mesh.facets[facets], 2]
     return np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
 
 
-def _shapes(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
+def _shape_functions(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
     """Return shape functions (f, p, k) at local points (p, 2); for a slice, means through its thickness.
 
     Pressure on a slice is uniform through its thickness: forces only at mid-thickness would bend facets of eight nodes.
@@ -159,11 +159,11 @@ def _shapes(mesh: Mesh, facets: Ints, xi: Floats, flat: bool) -> Floats:
     across, w = np.polynomial.legendre.leggauss(2)
     each = [np.stack([xi[:, 0], np.full(len(xi), s)], axis=1) for s in across]
     one, other = (0.5 * sum(wi * facet.shape(X[:, ::way]) for X, wi in zip(each, w, strict=True)) for way in (1, -1))
-    found: Floats = np.where(_turned(mesh, facets)[:, None, None], other, one)
+    found: Floats = np.where(_runs_along_z(mesh, facets)[:, None, None], other, one)
     return found
 
 
-def _rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
+def _shape_function_rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
     """Return shape functions (f, p, k) as sparse rows over all nodes (f p, n)."""
     f, p, k = N.shape
     columns = np.repeat(mesh.facets[facets][:, None, :], p, axis=1)
@@ -174,23 +174,23 @@ def _rows(mesh: Mesh, facets: Ints, N: Floats) -> Any:
     return found
 
 
-def _corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, Any, Ints, Ints]:
+def _build_corners(mesh: Mesh, facets: Ints, parts: int, split: Any) -> tuple[Ints, Any, Ints, Ints]:
     """Return, with shared corners merged: a node of each, their rows, the faces, and the facet of each face."""
     xi, small = split(mesh.facets.shape[1], parts)
     flat = small.shape[1] == 2
-    rows = _rows(mesh, facets, _shapes(mesh, facets, xi, flat))
+    rows = _shape_function_rows(mesh, facets, _shape_functions(mesh, facets, xi, flat))
     mark = rows @ np.random.default_rng(0).random((len(mesh.points), 2))  # two numbers that tell any corner by its row
     _, first, same = np.unique(np.round(mark / SAME).astype(np.int64), axis=0, return_index=True, return_inverse=True)
     faces = same.ravel()[(len(xi) * np.arange(len(facets)))[:, None, None] + small]
     if flat:
-        other = _way(mesh, facets, rows, xi)
+        other = _find_reversed_lines(mesh, facets, rows, xi)
         faces[other] = faces[other][:, :, ::-1]
     home = np.repeat(facets, len(small))
     nodes = mesh.facets[facets[first // len(xi)], 0]
     return nodes, rows[first], faces.reshape(-1, small.shape[1]), home
 
 
-def _way(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
+def _find_reversed_lines(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
     """Return a mask of the lines of a slice (f,) that have the body on their right and must be reversed."""
     ends = (rows @ mesh.points).reshape(len(facets), len(xi), 3)
     along = ends[:, -1] - ends[:, 0]
@@ -199,7 +199,7 @@ def _way(mesh: Mesh, facets: Ints, rows: Any, xi: Floats) -> Any:
     return along[:, 1] * out[:, 0] - along[:, 0] * out[:, 1] < 0.0
 
 
-def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
+def _place_samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, Any, Floats]:
     """Return Gauss points of the parts of facets: the facet of each, its row, and its area, m^2.
 
     Half of the pressure on a facet acts on its own samples, and half on its flat parts through samples of the other
@@ -217,23 +217,23 @@ def _samples(mesh: Mesh, facets: Ints, parts: int, flat: bool) -> tuple[Ints, An
         xi = np.stack([((line[:-1] + half)[:, None] + half * t).ravel(), np.zeros(2 * parts)], axis=1)
         weights = np.tile(half * w, parts)
     else:
-        xi, weights = _gauss(k, parts)
-    N = 2.0 * _shapes(mesh, facets, xi, flat) - _on_parts(mesh, facets, xi, parts, flat)
+        xi, weights = _gauss_points_of_parts(k, parts)
+    N = 2.0 * _shape_functions(mesh, facets, xi, flat) - _piecewise_linear_functions(mesh, facets, xi, parts, flat)
     G = np.broadcast_to(facet.gradient(xi), (len(facets), len(xi), k, 2)).copy()
     if flat:
-        turned = _turned(mesh, facets)
+        turned = _runs_along_z(mesh, facets)
         G[turned] = facet.gradient(xi[:, ::-1])
     t = np.einsum("fpkj,fki->jfpi", G, mesh.points[mesh.facets[facets]])
     area = np.linalg.norm(np.cross(t[0], t[1]), axis=2)
     if flat:
         area = 2.0 * area  # of the whole thickness, which the other coordinate goes through from -1 to 1
-    return np.repeat(facets, len(xi)), _rows(mesh, facets, N), (area * weights).ravel()
+    return np.repeat(facets, len(xi)), _shape_function_rows(mesh, facets, N), (area * weights).ravel()
 
 
-def _on_parts(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
+def _piecewise_linear_functions(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> Floats:
     """Return shape functions that are linear on the parts of facets (f, p, k), at local points (p, 2)."""
-    corners, small = (_lines if flat else triangles)(mesh.facets.shape[1], parts)
-    N = _shapes(mesh, facets, corners, flat)
+    corners, small = (_subdivide_into_lines if flat else subdivide_facet)(mesh.facets.shape[1], parts)
+    N = _shape_functions(mesh, facets, corners, flat)
     if flat:
         at = 0.5 * parts * (xi[:, 0] + 1.0)
         part = np.minimum(at.astype(np.int64), parts - 1)
@@ -249,7 +249,7 @@ def _on_parts(mesh: Mesh, facets: Ints, xi: Floats, parts: int, flat: bool) -> F
     return found
 
 
-def _gauss(nodes: int, parts: int) -> tuple[Floats, Floats]:
+def _gauss_points_of_parts(nodes: int, parts: int) -> tuple[Floats, Floats]:
     """Return local points (p, 2) and weights (p,) of a facet: three or four Gauss points in each of its parts."""
     facet = FACETS[nodes]
     if facet.square:
@@ -258,7 +258,7 @@ def _gauss(nodes: int, parts: int) -> tuple[Floats, Floats]:
         line, each = (middles[:, None] + t / parts).ravel(), np.tile(w / parts, parts)
         grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
         return grid, np.outer(each, each).ravel()
-    corners, faces = triangles(nodes, parts)
+    corners, faces = subdivide_facet(nodes, parts)
     inner = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
     found: Floats = np.einsum("qa,tai->tqi", inner, corners[faces]).reshape(-1, 2)
     return found, np.full(len(found), 0.5 / len(found))

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.contact.contact_surface import Skin
+from softmark.solvers.contact.contact_surface import ContactSurface
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
 FAINT = 1e-3  # of the pressure of the barrier: what keeps edges from edges, which points do not see
@@ -30,16 +30,16 @@ PARALLEL = 1e-14  # the square of a sine: edges whose mollified distance is noth
 HALF = 0.5  # of each surface: both are integrated over
 
 
-class NoToolkit(Exception):
+class IpctkMissing(Exception):
     """Raised if the package ipctk is not installed."""
 
 
-def toolkit() -> Any:
+def import_ipctk() -> Any:
     """Return the package ipctk, silent and with one thread, so that sums are reproducible. Raises NoToolkit."""
     try:
         import ipctk
     except ImportError as error:
-        raise NoToolkit(str(error)) from error
+        raise IpctkMissing(str(error)) from error
     ipctk.set_logger_level(ipctk.LoggerLevel.error)
     if ipctk.get_num_threads() != 1:
         ipctk.set_num_threads(1)
@@ -47,7 +47,7 @@ def toolkit() -> Any:
 
 
 @dataclass(frozen=True)
-class Colliding(DynamicPatternEnergy):
+class IpcContact(DynamicPatternEnergy):
     """IPC energy E = sum of A phi(d) over samples: no pressure beyond a `distance` (m), `stiffness` (Pa) times f(d)
     below.
 
@@ -56,7 +56,7 @@ class Colliding(DynamicPatternEnergy):
     results are reported for the nodes `told`, at rest at `X` (n, 3), m; without `X` no moments are reported.
     """
 
-    skin: Skin
+    skin: ContactSurface
     distance: float
     stiffness: float
     alone: bool = False
@@ -81,7 +81,7 @@ class Colliding(DynamicPatternEnergy):
         skin = self.skin
         mesh = self._mesh(skin.X[: skin.corners])
         if self.alone:
-            mesh.can_collide = toolkit().make_vertex_patches_filter(skin.patch[: skin.corners].astype(np.int32))
+            mesh.can_collide = import_ipctk().make_vertex_patches_filter(skin.patch[: skin.corners].astype(np.int32))
         return mesh
 
     @cached_property
@@ -90,7 +90,7 @@ class Colliding(DynamicPatternEnergy):
         skin = self.skin
         mesh = self._mesh(skin.X)
         which = skin.patch if self.alone else np.arange(len(skin.X)) >= skin.corners
-        mesh.can_collide = toolkit().make_vertex_patches_filter(which.astype(np.int32))
+        mesh.can_collide = import_ipctk().make_vertex_patches_filter(which.astype(np.int32))
         return mesh
 
     def _mesh(self, X: Floats) -> Any:
@@ -98,7 +98,7 @@ class Colliding(DynamicPatternEnergy):
         skin, kind = self.skin, np.int32
         faces = np.zeros((0, 3), dtype=kind) if skin.flat else skin.faces.astype(kind)
         each = (np.asfortranarray(own) for own in (X / self._unit, skin.edges.astype(kind), faces))
-        return toolkit().CollisionMesh(*each)
+        return import_ipctk().CollisionMesh(*each)
 
     @cached_property
     def _beside(self) -> Any:
@@ -112,13 +112,13 @@ class Colliding(DynamicPatternEnergy):
     @cached_property
     def _potential(self) -> Any:
         """Barrier potential of the samples."""
-        return toolkit().BarrierPotential(self._reach, HALF * self.stiffness * self._unit, True)
+        return import_ipctk().BarrierPotential(self._reach, HALF * self.stiffness * self._unit, True)
 
     @cached_property
     def _faint(self) -> Any:
         """Faint barrier potential between all vertices, edges and faces."""
         size = self._unit ** self.skin.X.shape[1]  # of areas and the distance, in its units
-        return toolkit().BarrierPotential(self._reach, FAINT * self.thickness * self.stiffness * size, True)
+        return import_ipctk().BarrierPotential(self._reach, FAINT * self.thickness * self.stiffness * size, True)
 
     @property
     def _reach(self) -> float:
@@ -151,7 +151,7 @@ class Colliding(DynamicPatternEnergy):
 
     def _guard(self, corners: Floats) -> Any:
         """Return the collisions of vertices with triangles and of edges with edges that are near each other."""
-        ipc = toolkit()
+        ipc = import_ipctk()
         near = ipc.Candidates()
         near.build(self._surface, corners, self._reach)
         self._crossing(near, corners)
@@ -178,7 +178,7 @@ class Colliding(DynamicPatternEnergy):
 
         The pairs are numbers of samples and faces.
         """
-        ipc, skin = toolkit(), self.skin
+        ipc, skin = import_ipctk(), self.skin
         near = ipc.Candidates()
         near.build(self._sampled, V, self._reach)
         name = "ev_candidates" if skin.flat else "fv_candidates"
@@ -204,7 +204,7 @@ class Colliding(DynamicPatternEnergy):
 
     def intersects(self, x: Floats) -> bool:
         """Return whether any two faces intersect."""
-        return bool(toolkit().has_intersections(self._surface, self._places(x)[1]))
+        return bool(import_ipctk().has_intersections(self._surface, self._places(x)[1]))
 
     def least(self, x: Floats) -> float:
         """Return the least distance between two faces, m, if below that of the barrier; else infinity."""
@@ -250,10 +250,10 @@ class Colliding(DynamicPatternEnergy):
     def matrix(self, x: Floats, projected: bool = False) -> Any:
         """Return the Hessian d2E/dx2, sparse (dofs, dofs), N/m."""
         pairs, guard, V, corners = self._near(x)
-        psd = toolkit().PSDProjectionMethod
+        psd = import_ipctk().PSDProjectionMethod
         way = psd.CLAMP if projected else psd.NONE
         M = self.skin.M
-        with (_added if projected else nullcontext)(pairs):
+        with (_without_negative_weights if projected else nullcontext)(pairs):
             H = M.T @ (self._potential.hessian(pairs, self._sampled, V, way) @ M)
         if len(guard):
             M = M[: corners.size]
@@ -265,13 +265,13 @@ class Colliding(DynamicPatternEnergy):
     def stiff(self, x: Floats) -> Any:
         """Return the Hessian of the sample barrier by positions of corners and samples: sparse (d v, d v), N/m."""
         pairs, _, V, _ = self._near(x)
-        none = toolkit().PSDProjectionMethod.NONE
+        none = import_ipctk().PSDProjectionMethod.NONE
         return self._potential.hessian(pairs, self._sampled, V, none).tocsr() / self._unit**2
 
     def limit(self, x: Floats, d: Floats) -> float:
         """Return the fraction of d, at most 1, before any two faces meet or use up nine tenths of their gap."""
         here, there = self._places(x)[1], self._places(x + d)[1]
-        ipc = toolkit()
+        ipc = import_ipctk()
         near = ipc.Candidates()
         near.build(self._surface, here, there)
         self._crossing(near, here)
@@ -285,7 +285,7 @@ class Colliding(DynamicPatternEnergy):
 
 
 @contextmanager
-def _added(pairs: Any) -> Iterator[None]:
+def _without_negative_weights(pairs: Any) -> Iterator[None]:
     """Set negative weights of pairs to zero while a definite matrix is assembled."""
     weights = [(i, pairs[i].weight) for i in range(len(pairs))]
     taken = [(i, weight) for i, weight in weights if weight < 0.0]

@@ -2,7 +2,7 @@
 
 Every sample of a surface has its own normal force, and slides along that surface on the nearest face of the other. Its
 slip since the last state is its own displacement minus that of the closest point of the face, minus the part that the
-rotation of the face causes over the gap: so friction has no moment (`Hold`).
+rotation of the face causes over the gap: so friction has no moment (`TangentialCoupling`).
 """
 
 from __future__ import annotations
@@ -16,10 +16,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.contact.closest_face_points import away, least, shares
-from softmark.solvers.contact.contact_surface import Skin
-from softmark.solvers.contact.deformable_contact import HALF, Colliding
-from softmark.solvers.contact.rigid_friction import TINY, Dual, Slip
+from softmark.solvers.contact.closest_face_points import (
+    closest_point_weights,
+    nearest_pair_of_each,
+    vectors_from_closest_points,
+)
+from softmark.solvers.contact.contact_surface import ContactSurface
+from softmark.solvers.contact.deformable_contact import HALF, IpcContact
+from softmark.solvers.contact.rigid_friction import TINY, DualTractions, Slip
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
 
 PRESSED = 1e-12  # of the largest force: what is less is no contact
@@ -30,7 +34,7 @@ GRIP = 10.0  # times the stiffness of the barrier over its distance: the spring 
 
 
 @dataclass(frozen=True)
-class Since:
+class FrictionHistory:
     """Friction history at the end of a state: displacements `u` (dofs,), m, and for all samples the elastic slip `s`
     (p, d), m, with the normal `n` (p, d) it is tangential to.
     """
@@ -41,7 +45,7 @@ class Since:
 
 
 @dataclass(frozen=True)
-class Hold:
+class TangentialCoupling:
     """Samples in contact in a state: `which` (m,), normal forces `N` (m,), N, and normals `n` (m, d) of their surface.
 
     `far` (m,), m, is their distance from `faces` (m,). Their slip along the surface (m d,), m, is `start` + `W` x for
@@ -68,7 +72,7 @@ class Hold:
 
 
 @dataclass(frozen=True)
-class Sliding(DynamicPatternEnergy):
+class DeformableFriction(DynamicPatternEnergy):
     """Contact `pressing` with `friction`: a spring, Pa/m, holds each sample up to friction times its pressure.
 
     The friction is elastic and perfectly plastic (Wriggers 2006, ch. 5), and continues from the state before (`since`).
@@ -77,11 +81,11 @@ class Sliding(DynamicPatternEnergy):
     and the tangent is not symmetric.
     """
 
-    pressing: Colliding
+    pressing: IpcContact
     friction: float
-    since: Since | None = None
-    lag: Hold | None = None
-    dual: Dual | None = None
+    since: FrictionHistory | None = None
+    lag: TangentialCoupling | None = None
+    dual: DualTractions | None = None
     conservative: bool = False
 
     @cached_property
@@ -95,7 +99,7 @@ class Sliding(DynamicPatternEnergy):
         return self.lag is None
 
     @property
-    def skin(self) -> Skin:
+    def skin(self) -> ContactSurface:
         """Contact surfaces."""
         return self.pressing.skin
 
@@ -125,28 +129,30 @@ class Sliding(DynamicPatternEnergy):
 
     # ------------------------------------------------------------------ what holds on to what
 
-    def hold(self, x: Floats) -> Hold:
+    def hold(self, x: Floats) -> TangentialCoupling:
         """Return the samples in contact in a state and their tangential coupling; cached for the last state."""
         if self._kept.get("x") is not x:
             self._kept["x"], self._kept["hold"] = x, self._held(x)
-        found: Hold = self._kept["hold"]
+        found: TangentialCoupling = self._kept["hold"]
         return found
 
-    def _held(self, x: Floats) -> Hold:
+    def _held(self, x: Floats) -> TangentialCoupling:
         """Find the samples in contact in a state, with their nearest faces and tangential coupling."""
         skin, V = self.skin, self.skin.places(x)
-        n = _normals(V[skin.faces[skin.own]])
+        n = _face_normals(V[skin.faces[skin.own]])
         N = np.abs(np.einsum("pi,pi->p", n, self.pressing.forces(x)[skin.corners :]))
         pairs = self.pressing.beside(x)
         of = pairs[:, 0] - skin.corners
         pairs = pairs[N[of] > PRESSED * N.max(initial=0.0)]
         p, t = V[pairs[:, 0]], V[skin.faces[pairs[:, 1]]]
-        nearest, far = _nearest(pairs, p, t)
+        nearest, far = _select_nearest_faces(pairs, p, t)
         pairs, p, t = pairs[nearest], p[nearest], t[nearest]
         which = pairs[:, 0] - skin.corners
-        W = _ways(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
+        W = _slip_matrix(pairs[:, 0], skin.faces[pairs[:, 1]], p, t, n[which], len(V)) @ skin.M
         spring = HALF * self.spring * skin.A[which]
-        return Hold(which, N[which], n[which], far, W, self._start(which, n[which], W), spring, pairs[:, 1])
+        return TangentialCoupling(
+            which, N[which], n[which], far, W, self._start(which, n[which], W), spring, pairs[:, 1]
+        )
 
     def _start(self, which: Ints, n: Floats, W: Any) -> Floats:
         """Return the part of the slip (m d,), m, from the history: stretched springs, rotated with the normals."""
@@ -158,15 +164,15 @@ class Sliding(DynamicPatternEnergy):
         found: Floats = turned.ravel() - W @ self.since.u
         return found
 
-    def lagged(self, x: Floats, before: Sliding | None = None, grips: bool = False) -> Sliding:
+    def lagged(self, x: Floats, before: DeformableFriction | None = None, grips: bool = False) -> DeformableFriction:
         """Return the same friction with an energy, with normal forces of the state x under the law `before`."""
-        return replace(self, lag=(before or self).hold(x), dual=Dual(), conservative=True)
+        return replace(self, lag=(before or self).hold(x), dual=DualTractions(), conservative=True)
 
-    def known(self, x: Floats, before: Sliding) -> Sliding:
+    def known(self, x: Floats, before: DeformableFriction) -> DeformableFriction:
         """Return the same friction with an energy and a primal-dual tangent, for one minimisation."""
         return self.lagged(x, before)
 
-    def softened(self, soft: float) -> Sliding:
+    def softened(self, soft: float) -> DeformableFriction:
         """Return itself: this barrier limits no step that ends before the surface."""
         return self
 
@@ -177,7 +183,7 @@ class Sliding(DynamicPatternEnergy):
 
     # ------------------------------------------------------------------ what a state leaves
 
-    def settled(self, x: Floats) -> tuple[Since, Floats, float]:
+    def settled(self, x: Floats) -> tuple[FrictionHistory, Floats, float]:
         """Return, at the end of a state: the history for the next, the sliding distance of samples (p,), m, and the
         heat, J.
         """
@@ -189,9 +195,9 @@ class Sliding(DynamicPatternEnergy):
         slid = np.zeros(skin.points)
         slid[hold.which] = slip.slid
         u = np.array(x, dtype=np.float64)[: skin.M.shape[1]]
-        return Since(u, s, n), slid, float(slip.t @ slip.slid)
+        return FrictionHistory(u, s, n), slid, float(slip.t @ slip.slid)
 
-    def holding(self, since: Since) -> Sliding:
+    def holding(self, since: FrictionHistory) -> DeformableFriction:
         """Return the same friction, continued from the history of another state."""
         return replace(self, since=since)
 
@@ -227,7 +233,7 @@ class Sliding(DynamicPatternEnergy):
         g[: len(f)] += scale * f
 
     def matrix(self, x: Floats, projected: bool = False) -> Any:
-        """Return the tangent of contact and friction, sparse (dofs, dofs), N/m: symmetric with a lag or if `projected`."""
+        """Return the tangent with friction, sparse (dofs, dofs), N/m: symmetric with a lag or if `projected`."""
         hold = self.lag or self.hold(x)
         slip = hold.slip(x, self.friction)
         u = slip.s / np.maximum(slip.size, TINY)[:, None]
@@ -238,14 +244,14 @@ class Sliding(DynamicPatternEnergy):
         both = 0.5 * (t[:, :, None] * u[:, None, :] + u[:, :, None] * t[:, None, :])
         stiff = np.where(slip.slides, slip.t / np.maximum(slip.size, TINY), hold.spring)
         blocks = stiff[:, None, None] * (np.eye(d) - np.where(slip.slides[:, None, None], both, 0.0))
-        K = hold.W.T @ (_diagonal(blocks) @ hold.W)
+        K = hold.W.T @ (_block_diagonal(blocks) @ hold.W)
         if self.lag is None and not projected:
             K = K + hold.W.T @ self._falls(x, hold, slip, u)
         K = K.tocsr()
         K.resize((len(x), len(x)))
         return self.pressing.matrix(x, projected) + K
 
-    def _falls(self, x: Floats, hold: Hold, slip: Slip, u: Floats) -> Any:
+    def _falls(self, x: Floats, hold: TangentialCoupling, slip: Slip, u: Floats) -> Any:
         """Return the derivative of friction through the normal forces: (m d, dofs), N/m."""
         m, d = hold.n.shape
         v, rows = len(self.skin.X), np.repeat(np.arange(m), d)
@@ -267,24 +273,24 @@ class Sliding(DynamicPatternEnergy):
         return self.pressing.rounding(x) + float(np.finfo(np.float64).eps * size * np.linalg.norm(hold.spring))
 
 
-def _nearest(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
+def _select_nearest_faces(pairs: Ints, p: Floats, t: Floats) -> tuple[Ints, Floats]:
     """Return the index (m,) of the pair with the nearest face of each sample, and its distance, m.
 
     A face that looks at the sample is preferred. Among faces whose distances differ only by rounding, such as for a
     sample
     exactly over an edge, the first is taken: a sample that switches between faces has no equilibrium.
     """
-    r = away(p, t)
+    r = vectors_from_closest_points(p, t)
     far = np.linalg.norm(r, axis=1)
-    looks = np.abs(np.einsum("ci,ci->c", r, _normals(t))) / np.maximum(far, TINY)
+    looks = np.abs(np.einsum("ci,ci->c", r, _face_normals(t))) / np.maximum(far, TINY)
     felt = far * (1.0 + ASIDE * (1.0 - looks))
     of = np.unique(pairs[:, 0], return_inverse=True)[1].ravel()
-    best = felt[least(of, felt)][of]
-    first = least(of, np.where(felt <= (1.0 + SAME) * best, pairs[:, 1], np.inf))
+    best = felt[nearest_pair_of_each(of, felt)][of]
+    first = nearest_pair_of_each(of, np.where(felt <= (1.0 + SAME) * best, pairs[:, 1], np.inf))
     return first, far[first]
 
 
-def _normals(t: Floats) -> Floats:
+def _face_normals(t: Floats) -> Floats:
     """Return unit normals (c, d) of faces (c, d, d)."""
     a = t[:, 1] - t[:, 0]
     n = np.stack([a[:, 1], -a[:, 0]], axis=1) if t.shape[2] == 2 else np.cross(a, t[:, 2] - t[:, 0])
@@ -292,7 +298,7 @@ def _normals(t: Floats) -> Floats:
     return found
 
 
-def _ways(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -> Any:
+def _slip_matrix(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -> Any:
     """Return the slip of samples at p (m, d) along faces (m, k) at t (m, k, d), by all positions: sparse (m d, v d).
 
     P (u_p - sum R_j u_j + sum C_j (r . u_j)), with R the shape functions at the closest point, r from that to the
@@ -301,7 +307,7 @@ def _ways(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -
     causes no slip.
     """
     m, k, d = t.shape
-    R = shares(p, t)
+    R = closest_point_weights(p, t)
     r = p - np.einsum("mk,mki->mi", R, t)
     sides = np.concatenate([t[:, 1:] - t[:, :1], -(r / np.linalg.norm(r, axis=1, keepdims=True))[:, None]], axis=1)
     C = np.linalg.inv(sides.swapaxes(1, 2))[:, : k - 1]  # (m, k - 1, d)
@@ -316,7 +322,7 @@ def _ways(samples: Ints, faces: Ints, p: Floats, t: Floats, n: Floats, v: int) -
     return sparse.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(m * d, v * d))
 
 
-def _diagonal(blocks: Floats) -> Any:
+def _block_diagonal(blocks: Floats) -> Any:
     """Return a sparse block-diagonal matrix of blocks (m, d, d)."""
     m, d, _ = blocks.shape
     return sparse.bsr_matrix((blocks, np.arange(m), np.arange(m + 1)), shape=(m * d, m * d)).tocsr()

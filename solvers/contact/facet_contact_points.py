@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.contact.contact_surface import triangles
-from softmark.solvers.contact.facet_penetration import Facets
-from softmark.solvers.contact.rigid_contact import Touching, node_areas, thirds
+from softmark.solvers.contact.contact_surface import subdivide_facet
+from softmark.solvers.contact.facet_penetration import SearchedFacets
+from softmark.solvers.contact.rigid_contact import RigidContact, corner_areas, node_areas
 from softmark.solvers.contact.surface_points import SAME
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints
@@ -26,16 +26,16 @@ from softmark.solvers.energies.energy import Floats, Ints
 MOST = 4  # parts between two nodes: what is sharper is met as if it were as blunt as that
 
 
-def inner(
-    touching: Touching, points: Floats, facets: Ints, steps: int, depth: float = 0.0, still: Any = None
-) -> Touching:
+def add_points_inside_facets(
+    touching: RigidContact, points: Floats, facets: Ints, steps: int, depth: float = 0.0, still: Any = None
+) -> RigidContact:
     """Return the same contact with points on a lattice of `steps` steps along each side of `facets` (f, a) of its
     surface.
 
     Points whose nodes are all fixed, as marked by `still` (nodes,), are left out.
     """
     kind = facets.shape[1]
-    xi, parts = triangles(kind, steps)
+    xi, parts = subdivide_facet(kind, steps)
     N = FACETS[kind].shape(xi)
     marks = np.random.default_rng(0).random((len(points), 2))  # two numbers that tell any point by its shares
     mark = np.einsum("la,fam->flm", N, marks[facets]).reshape(-1, 2)
@@ -49,9 +49,11 @@ def inner(
     return replace(touching, A=areas[own], of=of[own], shares=shares[own], at_rest=at_rest[own])
 
 
-def facing(points: Floats, facets: Ints, steps: int, flat: bool = False, depth: float = 0.0) -> Facets:
-    """Return facets (f, a) that may penetrate between the points of such a lattice; an added point has the same area."""
+def select_penetrating_facets(
+    points: Floats, facets: Ints, steps: int, flat: bool = False, depth: float = 0.0
+) -> SearchedFacets:
+    """Return facets (f, a) that may penetrate between points of such a lattice; added points have the same area."""
     kind: Any = FACETS[facets.shape[1]]
     split = facets[:, np.array(kind.triangles)].reshape(-1, 3)
-    area = thirds(points, split, depth).reshape(len(facets), -1).sum(axis=1)
-    return Facets(facets, points[facets], area / max(kind.nodes, len(kind.lattice(max(steps, 1)))), flat)
+    area = corner_areas(points, split, depth).reshape(len(facets), -1).sum(axis=1)
+    return SearchedFacets(facets, points[facets], area / max(kind.nodes, len(kind.lattice(max(steps, 1)))), flat)

@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.contact.rigid_transform import Pose
-from softmark.solvers.contact.surface_points import SAME, Joined, Points
+from softmark.solvers.contact.rigid_transform import RigidMotion
+from softmark.solvers.contact.surface_points import SAME, AddedContactPoints, SurfacePoints
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
-    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.rigid_contact import RigidContact
 
 STEPS = 8  # of the first lattice, along a side
 FINER = 13  # times that it is halved around the deepest point: to 2e-5 of a side
@@ -46,7 +46,7 @@ Has = Callable[[Floats], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True)
-class Parts:
+class FacetParts:
     """Parts of facets with local points a + t . way + s across, t (m,) in a domain, averaged over s = -1, 1.
 
     `facet` (k,) is the facet of each, `which` (k,) its number among all parts; a (k, 2), `way` (k, m, 2), `across` (k,
@@ -67,10 +67,10 @@ class Parts:
         """Number of local coordinates of a part."""
         return int(self.way.shape[1])
 
-    def some(self, which: Ints) -> Parts:
+    def some(self, which: Ints) -> FacetParts:
         """Return the selected parts (k,)."""
         a, way, across = self.a[which], self.way[which], self.across[which]
-        return Parts(self.kind, self.facet[which], self.which[which], a, way, across, self.low, self.has)
+        return FacetParts(self.kind, self.facet[which], self.which[which], a, way, across, self.low, self.has)
 
     def shapes(self, t: Floats) -> Floats:
         """Return shape functions (k, q, a) at t (k, q, m)."""
@@ -100,7 +100,7 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Facets:
+class SearchedFacets:
     """Facets of a surface: nodes `of` (f, a), at rest X (f, a, 3), m; a point of one has the area A (f,), m^2.
 
     On a slice (`flat`) points are means through its thickness.
@@ -112,7 +112,7 @@ class Facets:
     flat: bool = False
 
     @cached_property
-    def parts(self) -> tuple[Parts, ...]:
+    def parts(self) -> tuple[FacetParts, ...]:
         """Parts to search separately: facets, and sides, which two facets may share.
 
         Curved facets may be deepest at two places, and are searched by overlapping halves and quarters.
@@ -124,17 +124,21 @@ class Facets:
             turned = np.abs(z[:, 1] - z[:, 0]) > 0.5 * np.ptp(z, axis=1)
             along = np.where(turned[:, None], (0.0, 1.0), (1.0, 0.0))
             across = 3.0**-0.5 * along[:, ::-1]
-            line = Parts(kind, each, each, np.zeros_like(along), along[:, None], across, -1.0, _within)
-            return (_split(line, ((-1.0,), (1.0,))) if curved else line,)
+            line = FacetParts(kind, each, each, np.zeros_like(along), along[:, None], across, -1.0, _in_square)
+            return (_split_parts(line, ((-1.0,), (1.0,))) if curved else line,)
         axes = np.broadcast_to(np.eye(2), (len(each), 2, 2))
-        none, low, has = np.zeros((len(each), 2)), -1.0 if kind.square else 0.0, _within if kind.square else _under
-        whole, sides = Parts(kind, each, each, none, axes, none, low, has), self._sides(kind)
+        none, low, has = (
+            np.zeros((len(each), 2)),
+            -1.0 if kind.square else 0.0,
+            _in_square if kind.square else _in_triangle,
+        )
+        whole, sides = FacetParts(kind, each, each, none, axes, none, low, has), self._sides(kind)
         if not curved:
             return whole, sides
         quarters = kind.rim if kind.square else ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), None)
-        return _split(whole, quarters), _split(sides, ((0.0,), (1.0,)))
+        return _split_parts(whole, quarters), _split_parts(sides, ((0.0,), (1.0,)))
 
-    def _sides(self, kind: Any) -> Parts:
+    def _sides(self, kind: Any) -> FacetParts:
         """Return the sides of facets, each shared side once."""
         corners = self.of[:, : kind.corners]
         ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
@@ -142,10 +146,12 @@ class Facets:
         facet, side = np.divmod(first, kind.corners)
         rim = np.array(kind.rim)
         a, b = rim[side], np.roll(rim, -1, axis=0)[side]
-        return Parts(kind, facet, len(self.of) + np.arange(len(first)), a, (b - a)[:, None], 0.0 * a, 0.0, _under)
+        return FacetParts(
+            kind, facet, len(self.of) + np.arange(len(first)), a, (b - a)[:, None], 0.0 * a, 0.0, _in_triangle
+        )
 
 
-def _split(parts: Parts, corners: Any) -> Parts:
+def _split_parts(parts: FacetParts, corners: Any) -> FacetParts:
     """Return the pieces of parts around each of the corners; None stands for the inverted middle piece of triangles."""
     each = []
     for i, corner in enumerate(corners):
@@ -154,20 +160,20 @@ def _split(parts: Parts, corners: Any) -> Parts:
         a = parts.a + np.einsum("m,kmj->kj", to, parts.way)
         each.append((parts.facet, len(corners) * parts.which + i, a, size * parts.way, parts.across))
     facet, which, a, way, across = (np.concatenate(columns) for columns in zip(*each, strict=True))
-    return Parts(parts.kind, facet, which, a, way, across, parts.low, parts.has)
+    return FacetParts(parts.kind, facet, which, a, way, across, parts.low, parts.has)
 
 
-def _within(t: Floats) -> NDArray[np.bool_]:
+def _in_square(t: Floats) -> NDArray[np.bool_]:
     """Return whether t lies in a square, or a line, from -1 to 1."""
     return np.asarray((np.abs(t) <= 1.0).all(axis=-1))
 
 
-def _under(t: Floats) -> NDArray[np.bool_]:
+def _in_triangle(t: Floats) -> NDArray[np.bool_]:
     """Return whether t lies in a triangle, or a line, from 0 to 1."""
     return np.asarray((t >= 0.0).all(axis=-1) & (t.sum(axis=-1) <= 1.0))
 
 
-def cuts(contact: Touching, x: Floats) -> Joined | None:
+def find_penetrating_points(contact: RigidContact, x: Floats) -> AddedContactPoints | None:
     """Return the contact points to add where facets penetrate the rigid body in a state; None if none do.
 
     Points added before are found again, also if they press where the body does not touch. Of those without force, the
@@ -175,23 +181,23 @@ def cuts(contact: Touching, x: Floats) -> Joined | None:
     where
     bodies began in touch.
     """
-    return search(contact, x)[0]
+    return search_penetration(contact, x)[0]
 
 
-def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
+def search_penetration(contact: RigidContact, x: Floats) -> tuple[AddedContactPoints | None, bool]:
     """Return the points to add, and whether the state is acceptable.
 
     It is if nothing penetrates, and added points press close to the surface of the body.
     """
     if contact.facing is None:
         return None, True
-    facets: Facets = contact.facing
+    facets: SearchedFacets = contact.facing
     where = facets.X + x[3 * facets.of[:, :, None] + np.arange(3)]
     where = contact.seen((where * ((1.0, 1.0, 0.0) if contact.flat else 1.0)).reshape(-1, 3), x).reshape(where.shape)
     middle = where.mean(axis=1)
     radius = np.linalg.norm(where - middle[:, None], axis=2).max(axis=1)
     near = contact.body.gap(middle) < radius + contact.barrier.distance
-    allowed, found, behind = -float(np.max(contact.sunk)), list[Joined](), False
+    allowed, found, behind = -float(np.max(contact.sunk)), list[AddedContactPoints](), False
     known = () if contact.extra is None else contact.extra.which
 
     def gap(y: Floats) -> Floats:
@@ -201,23 +207,29 @@ def search(contact: Touching, x: Floats) -> tuple[Joined | None, bool]:
         parts = each.some(np.flatnonzero(near[each.facet]))
         if not len(parts.facet):
             continue
-        t, g = _deepest(parts, where[parts.facet], gap, 1.0 / STEPS)
+        t, g = _find_deepest_points(parts, where[parts.facet], gap, 1.0 / STEPS)
         inside = parts.has(t[:, None] + parts.beside).all(axis=1)
         held, deep = np.isin(parts.which, known) & (g < NEAR * radius.max()), inside & (g < allowed)
         if deep.any():
-            deep[deep] = _sharp(contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep])
+            deep[deep] = _is_sharp_there(
+                contact, parts.some(np.flatnonzero(deep)), where[parts.facet][deep], t[deep], g[deep]
+            )
         behind |= bool(deep.any())
-        for on, plane in ((deep | (inside & held), _deepest_planes), (held & ~inside, _standing_planes)):
+        for on, plane in ((deep | (inside & held), _deepest_planes), (held & ~inside, _border_planes)):
             if on.any():
                 some = np.flatnonzero(on)
                 own = parts.some(some)
-                found.append(_joined(contact, facets, own, *plane(contact, own, where[own.facet], t[some], g[some])))
-    if behind or off(contact, x):
-        return _all([one for one in found if len(one)], contact), not behind and not off(contact, x, MOST)
+                found.append(
+                    _make_added_points(contact, facets, own, *plane(contact, own, where[own.facet], t[some], g[some]))
+                )
+    if behind or presses_off_surface(contact, x):
+        return _concatenate_movable(
+            [one for one in found if len(one)], contact
+        ), not behind and not presses_off_surface(contact, x, MOST)
     return None, True
 
 
-def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> NDArray[np.bool_]:
+def _is_sharp_there(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> NDArray[np.bool_]:
     """Return where the body has an edge or a tip at points of parts with gaps g (k,), m.
 
     On smooth bodies facets penetrate as chords of the round surface. This hardly affects forces, and points outside the
@@ -234,8 +246,8 @@ def _sharp(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats)
     return found
 
 
-def off(contact: Any, x: Floats, times: float = 1.0) -> bool:
-    """Return whether an added point presses off the surface of the body by more than `times` the tolerance."""
+def presses_off_surface(contact: Any, x: Floats, times: float = 1.0) -> bool:
+    """Return whether an added point presses off the surface of the body by more than a multiple of the tolerance."""
     if contact.extra is None:
         return False
     joined, on = contact.places(x)[contact.lasting :], contact.pressures(x)[contact.lasting :] > 0.0
@@ -243,7 +255,7 @@ def off(contact: Any, x: Floats, times: float = 1.0) -> bool:
     return bool(np.any(on & (np.abs(contact.body.gap(joined)) > contact.barrier.distance + times * OFF * size)))
 
 
-def _deepest(parts: Parts, where: Floats, gap: Gap, reach: float = np.inf) -> tuple[Floats, Floats]:
+def _find_deepest_points(parts: FacetParts, where: Floats, gap: Gap, reach: float = np.inf) -> tuple[Floats, Floats]:
     """Return the local coordinates (k, m) of the deepest points of parts at (k, a, 3), m, and their gaps (k,), m.
 
     `gap` maps (k, q, 3) to (k, q). Parts farther than `reach` times the size of their facets are searched only roughly:
@@ -255,11 +267,11 @@ def _deepest(parts: Parts, where: Floats, gap: Gap, reach: float = np.inf) -> tu
     t, best = lattice[g.argmin(axis=1)], g.min(axis=1)
     on = np.flatnonzero(best < reach * np.linalg.norm(np.ptp(where, axis=1), axis=1))
     if len(on):
-        t[on], best[on] = _finely(parts.some(on), where[on], gap, t[on])
+        t[on], best[on] = _refine_deepest_points(parts.some(on), where[on], gap, t[on])
     return t, best
 
 
-def _finely(parts: Parts, where: Floats, gap: Gap, t: Floats) -> tuple[Floats, Floats]:
+def _refine_deepest_points(parts: FacetParts, where: Floats, gap: Gap, t: Floats) -> tuple[Floats, Floats]:
     """Refine the deepest points from points of a lattice t (k, m)."""
     rows, steps = np.arange(len(where)), 0.5 * (1.0 - parts.low) / STEPS * np.arange(-2, 3)
     around = np.stack(np.meshgrid(*[steps] * parts.m, indexing="ij"), axis=-1).reshape(-1, parts.m)
@@ -276,21 +288,21 @@ def _finely(parts: Parts, where: Floats, gap: Gap, t: Floats) -> tuple[Floats, F
 Planes = tuple[tuple[Floats, Floats], Floats, Floats]  # t (k, m) and ways, c (k, 3), m, and normals (k, 3)
 
 
-def _deepest_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> Planes:
+def _deepest_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
     """Return the deepest points of parts, from t (k, m) with gaps g (k,), m, and the planes to keep them in front of."""
     x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
     n = contact.body.look(y.reshape(-1, 3))[1].reshape(y.shape)
     if contact.flat:
         n[:, :, 2] = 0.0
-    normals = np.array([_normal(*both) for both in zip(y - x, n, strict=True)])
+    normals = np.array([_common_normal(*both) for both in zip(y - x, n, strict=True)])
     size = np.linalg.norm(normals, axis=1)
     normals /= size[:, None]
     c = x[:, 0] - (g / size)[:, None] * normals
     left, out, _ = contact.body.look(c)  # beyond a corner that is near
-    return _on_the_way(contact, parts, t), c - left[:, None] * out, normals
+    return _step_towards_deepest(contact, parts, t), c - left[:, None] * out, normals
 
 
-def _standing_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, g: Floats) -> Planes:
+def _border_planes(contact: RigidContact, parts: FacetParts, where: Floats, t: Floats, g: Floats) -> Planes:
     """Return points and planes of added points whose parts are now deepest at their border: planes keep their body
     points.
 
@@ -299,27 +311,36 @@ def _standing_planes(contact: Touching, parts: Parts, where: Floats, t: Floats, 
     assert contact.extra is not None
     which = np.argmax(contact.extra.which == parts.which[:, None], axis=1)
     c, n = (own[which] for own in contact.planes(contact.body))
-    t, _ = _deepest(parts, where, lambda y: np.asarray(np.linalg.norm(y - c[:, None], axis=2)))
+    t, _ = _find_deepest_points(parts, where, lambda y: np.asarray(np.linalg.norm(y - c[:, None], axis=2)))
     x, y = (np.einsum("kqa,kai->kqi", parts.shapes(at), where) for at in (t[:, None], t[:, None] + parts.beside))
-    normals = np.array([_across(*both) for both in zip(y - x, n, strict=True)])
+    normals = np.array([_component_across(*both) for both in zip(y - x, n, strict=True)])
     return (t, np.full((len(t), 2, 2), np.nan)), c, normals / np.linalg.norm(normals, axis=1)[:, None]
 
 
-def _joined(
-    contact: Touching, facets: Facets, parts: Parts, places: tuple[Floats, Floats], c: Floats, n: Floats
-) -> Joined:
+def _make_added_points(
+    contact: RigidContact,
+    facets: SearchedFacets,
+    parts: FacetParts,
+    places: tuple[Floats, Floats],
+    c: Floats,
+    n: Floats,
+) -> AddedContactPoints:
     """Return points of parts at `places` kept in front of planes; points at a border of their part are left out."""
     body: Any = contact.body
     t, ways = places
-    own, N = Pose() if not hasattr(body, "pose") else body.pose, parts.shapes(t[:, None])[:, 0]
+    own, N = RigidMotion() if not hasattr(body, "pose") else body.pose, parts.shapes(t[:, None])[:, 0]
     N = np.where(np.abs(N) > SAME, N, 0.0)
-    points = Points(facets.of[parts.facet], N, np.einsum("ka,kai->ki", N, facets.X[parts.facet]), facets.A[parts.facet])
+    points = SurfacePoints(
+        facets.of[parts.facet], N, np.einsum("ka,kai->ki", N, facets.X[parts.facet]), facets.A[parts.facet]
+    )
     at = own.back(c)
-    found = Joined(points, parts.which, np.pad(t, ((0, 0), (0, 2 - parts.m))), ways, at, own.back(c + n) - at)
+    found = AddedContactPoints(
+        points, parts.which, np.pad(t, ((0, 0), (0, 2 - parts.m))), ways, at, own.back(c + n) - at
+    )
     return found.some(np.flatnonzero(parts.has(t[:, None] + parts.beside).all(axis=1)))
 
 
-def _on_the_way(contact: Touching, parts: Parts, t: Floats) -> tuple[Floats, Floats]:
+def _step_towards_deepest(contact: RigidContact, parts: FacetParts, t: Floats) -> tuple[Floats, Floats]:
     """Return new places on parts (k, m) of added points on their way to the deepest points t, and their last steps.
 
     The part tilts towards the force, and the deepest point moves away: full steps would oscillate. So the first step is
@@ -345,7 +366,7 @@ def _on_the_way(contact: Touching, parts: Parts, t: Floats) -> tuple[Floats, Flo
     return new, ways
 
 
-def _normal(ways: Floats, n: Floats) -> Floats:
+def _common_normal(ways: Floats, n: Floats) -> Floats:
     """Return the mean of normals (q, 3) beside a point that has least components along the `ways` there (q, 3), m.
 
     It is never zero. If all normals cancel, the point is as deep as possible, half-way between sides, and any of them
@@ -353,27 +374,27 @@ def _normal(ways: Floats, n: Floats) -> Floats:
     """
     from scipy.optimize import nnls  # half a second of modules, for what is sharp alone
 
-    sides = _sides(ways)
+    sides = _tangent_basis(ways)
     along = np.vstack([*(n @ side for side in sides), np.ones(len(n))])
-    found = _across(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)
+    found = _component_across(ways, nnls(along, np.array([*np.zeros(len(sides)), 1.0]))[0] @ n)
     means = (found, np.asarray(n.mean(axis=0)))
     return next((one for one in means if float(np.linalg.norm(one)) > FLATTEST), n[0])
 
 
-def _across(ways: Floats, n: Floats) -> Floats:
+def _component_across(ways: Floats, n: Floats) -> Floats:
     """Return the component of a normal (3,) across a part, given vectors along it (q, 3)."""
-    sides = _sides(ways)
+    sides = _tangent_basis(ways)
     found: Floats = n - sides.T @ (sides @ n)
     return found
 
 
-def _sides(ways: Floats) -> Floats:
+def _tangent_basis(ways: Floats) -> Floats:
     """Return orthonormal vectors along a part (1 or 2, 3)."""
     found: Floats = np.linalg.svd(ways, full_matrices=False)[2][: 1 if len(ways) == 2 else 2]
     return found
 
 
-def _all(found: list[Joined], contact: Touching) -> Joined | None:
+def _concatenate_movable(found: list[AddedContactPoints], contact: RigidContact) -> AddedContactPoints | None:
     """Return all found points with at least one movable node; None if there are none."""
     if not found:
         return None
@@ -384,5 +405,5 @@ def _all(found: list[Joined], contact: Touching) -> Joined | None:
         np.concatenate([getattr(one, k) for one in found]) for k in ("which", "t", "ways", "c", "n")
     )
     loose = (np.isin(points.of, contact.nodes) & (points.shares != 0.0)).any(axis=1)
-    every = Joined(points, which, t, ways, c, n).some(np.flatnonzero(loose))
+    every = AddedContactPoints(points, which, t, ways, c, n).some(np.flatnonzero(loose))
     return every if len(every) else None

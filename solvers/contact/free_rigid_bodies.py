@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.contact.rigid_contact import Touching
-from softmark.solvers.contact.rigid_friction import Rubbing
-from softmark.solvers.contact.rigid_transform import Pose, exponential
+from softmark.solvers.contact.rigid_contact import RigidContact
+from softmark.solvers.contact.rigid_friction import RigidFriction
+from softmark.solvers.contact.rigid_transform import RigidMotion, rotation_from_vector
 from softmark.solvers.contact.signed_distance.distance_function import Gap, Look
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
@@ -24,7 +24,7 @@ from softmark.solvers.mesh.shape import Vector3
 
 
 @dataclass(frozen=True)
-class Free:
+class FreeRigidBody:
     """Free rigid body: mass, kg, moments of inertia J (3,), kg m^2, about `axes` (3, 3), as columns, and its `middle`,
     m.
 
@@ -38,12 +38,12 @@ class Free:
     middle: Floats
 
 
-class Bodies:
+class FreeBodyChart:
     """Rotation chart of the free bodies among the unknowns (dynamics/rotational_inertia.py): rotations are relative to
     `turned`.
     """
 
-    def __init__(self, bodies: list[Free]) -> None:
+    def __init__(self, bodies: list[FreeRigidBody]) -> None:
         self.bodies = bodies
         self.reset()
 
@@ -54,7 +54,7 @@ class Bodies:
     def axes(self, which: int, x: Floats) -> Floats:
         """Return the principal axes of a body in a state (3, 3), as columns."""
         first = self.bodies[which].first
-        found: Floats = self.turned[which] @ exponential(x[first + 3 : first + 6])
+        found: Floats = self.turned[which] @ rotation_from_vector(x[first + 3 : first + 6])
         return found
 
     def middle(self, which: int, x: Floats) -> Floats:
@@ -64,7 +64,7 @@ class Bodies:
         return found
 
     def state(self, x: Floats) -> Floats:
-        """Return centres of mass, m, and principal axes (12 for each body,), independent of the reference of rotations."""
+        """Return centres of mass, m, and principal axes (12 per body,), independent of the rotation chart."""
         each = ((self.middle(i, x), self.axes(i, x).ravel()) for i in range(len(self.bodies)))
         return np.concatenate([part for both in each for part in both])
 
@@ -72,13 +72,13 @@ class Bodies:
         """Count rotations from the state x, and return it with zero rotations."""
         new = x.copy()
         for i, body in enumerate(self.bodies):
-            self.turned[i] = _proper(self.axes(i, x))
+            self.turned[i] = _orthonormalize(self.axes(i, x))
             new[body.first + 3 : body.first + 6] = 0.0
         return new
 
 
-def _proper(P: Floats) -> Floats:
-    """Remove rounding from a rotation matrix: one Newton step to the nearest rotation."""
+def _orthonormalize(P: Floats) -> Floats:
+    """Return a rotation matrix without accumulated rounding: one Newton step to the nearest rotation."""
     found: Floats = 1.5 * P - 0.5 * P @ P.T @ P
     return found
 
@@ -92,7 +92,7 @@ def right_jacobian(theta: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Principal:
+class GapInBodyFrame:
     """Signed distance in a body frame given by its centre of mass `middle` (3,), m, and principal axes (3, 3), as
     columns.
     """
@@ -122,7 +122,7 @@ class Principal:
 
 
 @dataclass(frozen=True)
-class Afloat(Touching):
+class FreeBodyContact(RigidContact):
     """Contact with a free body: E = sum_p A_p phi(g0(y_p)) of points x_p = sum_a N_pa x_a, at y_p in the body frame.
 
     Moments are about the present body axes, as in the equations of rotation; the tangent is their derivative by the
@@ -133,9 +133,9 @@ class Afloat(Touching):
     which: int = 0
 
     @property
-    def free(self) -> Free:
+    def free(self) -> FreeRigidBody:
         """Free rigid body in contact."""
-        found: Free = self.chart.bodies[self.which]
+        found: FreeRigidBody = self.chart.bodies[self.which]
         return found
 
     @cached_property
@@ -203,7 +203,7 @@ class Afloat(Touching):
         add_blocks(scale * self.A[near, None, None] * (E.swapaxes(1, 2) @ K @ E), slots[near], data)
 
     def _spread(self, near: Ints) -> Floats:
-        """Return the motion of points and body by the unknowns of their stencils (p, 9, 3 a + 6)."""
+        """Return the matrix from the unknowns of stencils to points and body (p, 9, 3 a + 6)."""
         count = self.shares.shape[1]
         E = np.zeros((len(near), 9, 3 * count + 6))
         for a in range(count):
@@ -213,7 +213,7 @@ class Afloat(Touching):
 
 
 @dataclass(frozen=True)
-class RubbingAfloat(Rubbing, Afloat):
+class FreeBodyFriction(RigidFriction, FreeBodyContact):
     """Frictional contact with a free body: slip, anchors and tractions are in the body frame.
 
     Friction acts on the body with the opposite sign at the same point.
@@ -228,7 +228,7 @@ class RubbingAfloat(Rubbing, Afloat):
         """Add S^T B S as well, with the stiffness B of tractions t = dE/dy, and the effect of the body's rotation on
         these.
         """
-        Afloat.add_hessian(self, x, data, slots, scale, projected)
+        FreeBodyContact.add_hessian(self, x, data, slots, scale, projected)
         near, B = self.stiffness(x, projected)
         if not len(near):
             return
@@ -243,13 +243,13 @@ class RubbingAfloat(Rubbing, Afloat):
         self._add(x, near, K, data, slots, scale)
 
 
-def afloat(touching: Touching, chart: Bodies, which: int) -> Afloat:
+def make_contact_with_free_body(touching: RigidContact, chart: FreeBodyChart, which: int) -> FreeBodyContact:
     """Return a contact with a fixed rigid body as one whose body is free."""
     known = {f.name: getattr(touching, f.name) for f in fields(touching)}
     body, whole = chart.bodies[which], touching.posed(0.0)
-    seen = Principal(whole, body.middle, body.axes)
+    seen = GapInBodyFrame(whole, body.middle, body.axes)
     known |= {"posed": lambda share: seen, "chart": chart, "which": which}
-    if not isinstance(touching, Rubbing):
-        return Afloat(**known)
-    known |= {"carries": lambda share: Pose(), "anchors": (touching.at_rest - body.middle) @ body.axes}
-    return RubbingAfloat(**known)
+    if not isinstance(touching, RigidFriction):
+        return FreeBodyContact(**known)
+    known |= {"carries": lambda share: RigidMotion(), "anchors": (touching.at_rest - body.middle) @ body.axes}
+    return FreeBodyFriction(**known)

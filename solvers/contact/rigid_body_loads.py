@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.contact.free_rigid_bodies import Free, right_jacobian
+from softmark.solvers.contact.free_rigid_bodies import FreeRigidBody, right_jacobian
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix
 
 
 @dataclass(frozen=True)
-class Pulled(Energy):
+class RigidBodyLoad(Energy):
     """Load of a free body: `force` (3,), N, at the point `at` (3,), m, of the declared body, and `moment` (3,), N m.
 
     Moments are about the body axes P, as in its equations: y x P^T force + P^T moment, y the arm of the point in the
@@ -30,9 +30,9 @@ class Pulled(Energy):
     moment: Floats
 
     @property
-    def free(self) -> Free:
+    def free(self) -> FreeRigidBody:
         """Loaded rigid body."""
-        found: Free = self.chart.bodies[self.which]
+        found: FreeRigidBody = self.chart.bodies[self.which]
         return found
 
     @property

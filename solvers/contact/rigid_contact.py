@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.contact.surface_points import SAME, Joined, Points
+from softmark.solvers.contact.surface_points import SAME, AddedContactPoints, SurfacePoints
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Touching(Energy):
+class RigidContact(Energy):
     """Contact energy E = sum_p A_p phi(g(x_p)) of points x_p = sum_a N_pa x_a of a surface, with areas A (p,), m^2.
 
     `shares` N (p, a) are the shape functions of nodes `of` (p, a). By default the points are the `nodes` (m,) of the
@@ -50,7 +50,9 @@ class Touching(Energy):
     at_rest: Any = None  # (p, 3) m: where the points are
     facing: Any = None  # `cutting.Facets`: what may cut in between points: not looked at where it is not given
     skin: Any = None  # `passing.Skin`: all that its body may be gone through; not looked at where it is not given
-    extra: Joined | None = None  # the last ones of the points, which have joined the others, in front of planes
+    extra: AddedContactPoints | None = (
+        None  # the last ones of the points, which have joined the others, in front of planes
+    )
 
     def __post_init__(self) -> None:
         """Use the nodes as points if no points are given."""
@@ -61,19 +63,19 @@ class Touching(Energy):
                 object.__setattr__(self, name, value)
 
     @property
-    def points(self) -> Points:
+    def points(self) -> SurfacePoints:
         """Contact points of the surface."""
-        return Points(self.of, self.shares, self.at_rest, self.A)
+        return SurfacePoints(self.of, self.shares, self.at_rest, self.A)
 
     @property
     def lasting(self) -> int:
         """Number of points that were not added during the solution."""
         return len(self.A) - (0 if self.extra is None else len(self.extra))
 
-    def joining(self, extra: Joined | None, x: Floats) -> Self:
+    def joining(self, extra: AddedContactPoints | None, x: Floats) -> Self:
         """Return the same contact with other added points `extra`; x is the state that the solution starts from."""
         points, new = self.points.some(np.arange(self.lasting)), 0 if extra is None else len(extra)
-        own: dict[str, Any] = {n: _kept(getattr(self, n), self.lasting, new) for n in self.each}
+        own: dict[str, Any] = {n: _keep_first_values(getattr(self, n), self.lasting, new) for n in self.each}
         points = points if extra is None else points.and_(extra.points)
         return replace(self, of=points.of, shares=points.shares, at_rest=points.X, A=points.A, extra=extra, **own)
 
@@ -106,11 +108,11 @@ class Touching(Energy):
         """Rigid body in its present position."""
         return self.posed(self.share)
 
-    def at(self, share: float) -> Touching:
+    def at(self, share: float) -> RigidContact:
         """Return the same contact at another load fraction."""
         return self if share == self.share else replace(self, share=share)
 
-    def before(self) -> Touching:
+    def before(self) -> RigidContact:
         """Return the same contact with the rigid body where the solution starts from; itself where that is unknown."""
         if (gap := self.earlier) is None:
             return self
@@ -132,11 +134,11 @@ class Touching(Energy):
         """Add forces on the points (p, 3), N, to those on degrees of freedom (dofs,), by their shape functions."""
         np.add.at(g, self.carried, (self.shares[:, :, None] * push[:, None, :]).reshape(len(push), -1))
 
-    def stiffer(self, factor: float) -> Touching:
+    def stiffer(self, factor: float) -> RigidContact:
         """Return the same contact with the barrier stiffness multiplied by a factor."""
         return self if factor == 1.0 else replace(self, barrier=self.barrier.stiffer(factor))
 
-    def begun(self) -> Touching:
+    def begun(self) -> RigidContact:
         """Return the same contact with larger gaps where points start within the barrier: no energy is stored at rest.
 
         Otherwise bodies that touch at first would be thrown apart by this energy in a dynamic analysis with short
@@ -145,7 +147,7 @@ class Touching(Energy):
         g, d = self.gaps(np.zeros(int(self.stencils.max(initial=-1)) + 1)), self.barrier.distance
         return replace(self, sunk=np.where(np.abs(g) < d, d - g, 0.0))
 
-    def softened(self, soft: float) -> Touching:
+    def softened(self, soft: float) -> RigidContact:
         """Return the same contact `soft` times as stiff, starting at the same gap.
 
         Loaded nodes then lie behind the surface, and full Newton steps lead there from anywhere near.
@@ -218,7 +220,7 @@ class Touching(Energy):
         """Return the recoverable energy, J."""
         return self.value(x)
 
-    def work(self, x: Floats, since: Touching) -> float:
+    def work(self, x: Floats, since: RigidContact) -> float:
         """Return the work of the rigid body on its way from `since`, J: final forces times the change of gaps."""
         return float(self.A @ (self.pressures(x) * (since.gaps(x) - self.gaps(x))))
 
@@ -315,7 +317,7 @@ class Touching(Energy):
         return c, pose.moved(self.extra.c + self.extra.n) - c
 
 
-def _kept(values: Any, lasting: int, new: int) -> Any:
+def _keep_first_values(values: Any, lasting: int, new: int) -> Any:
     """Return the values of the first points (p, ...), and zeros for new ones; a number for all points stays."""
     if values is None or np.ndim(values) == 0:
         return values
@@ -331,13 +333,13 @@ def node_areas(
     integrals of linear shape functions over whole rings.
     """
     split = facets[:, np.array(triangles)].reshape(-1, 3)
-    third = thirds(points, split, depth).ravel()
+    third = corner_areas(points, split, depth).ravel()
     found = np.bincount(split.ravel(), third, minlength=len(points)).astype(np.float64)
     nodes = np.unique(split)
     return nodes, found[nodes]
 
 
-def thirds(points: Floats, split: Ints, depth: float = 0.0) -> Floats:
+def corner_areas(points: Floats, split: Ints, depth: float = 0.0) -> Floats:
     """Return integrals of linear shape functions over flat triangles, or over whole rings of them (t, 3), m^2."""
     a, b, c = (points[split[:, i]] for i in range(3))
     found: Floats = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0, 3).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Coulomb friction between a deformable surface and a rigid body, by return mapping with a regularised stick stiffness."""
+"""Coulomb friction between a deformable surface and a rigid body, by return mapping with an elastic stick spring."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softmark.records import dataclass
-from softmark.solvers.contact.rigid_contact import Touching
-from softmark.solvers.contact.rigid_transform import Pose
+from softmark.solvers.contact.rigid_contact import RigidContact
+from softmark.solvers.contact.rigid_transform import RigidMotion
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks
 
 if TYPE_CHECKING:
-    from softmark.solvers.contact.surface_points import Joined
+    from softmark.solvers.contact.surface_points import AddedContactPoints
 
 Bools = NDArray[np.bool_]
 PRESSED = 1e-6  # of the largest pressure: what is less is no contact
@@ -25,7 +25,7 @@ TINY = 1e-300  # m: a slip of which the direction is not asked
 
 
 @dataclass(frozen=True)
-class Lag:
+class LaggedFriction:
     """Friction limits and normals of an earlier iterate, with which friction has an energy.
 
     `most` (m,) is friction times pressure, Pa; `n` (m, 3) are normals.
@@ -35,7 +35,7 @@ class Lag:
     n: Floats
 
 
-class Dual:
+class DualTractions:
     """Dual variable of the friction tangent: tractions t (m, 3), Pa, predicted by the iterate before.
 
     The law times its denominator, w t = most s with w = max(|s|, most / k), is smooth enough to be linearised: a node
@@ -106,7 +106,7 @@ class Slip:
 
 
 @dataclass(frozen=True)
-class Rubbing(Touching):
+class RigidFriction(RigidContact):
     """Rigid contact with friction: traction -k s at points, s their slip from anchors along the surface, or -mu p
     s/|s|.
 
@@ -121,23 +121,23 @@ class Rubbing(Touching):
 
     friction: float = 0.0
     spring: float = 0.0
-    carries: Callable[[float], Pose] = lambda share: Pose()
+    carries: Callable[[float], RigidMotion] = lambda share: RigidMotion()
     anchors: Floats | None = None  # (p, 3) m, in the body as it is declared; None: where the points are at rest
-    lag: Lag | None = None
-    dual: Dual | None = None
+    lag: LaggedFriction | None = None
+    dual: DualTractions | None = None
     conservative: bool = False
     gone: Floats | float = 0.0  # (p,) m: how far points had slid before
 
     each: ClassVar[tuple[str, ...]] = ("sunk", "anchors", "gone")
 
-    def joining(self, extra: Joined | None, x: Floats) -> Self:
+    def joining(self, extra: AddedContactPoints | None, x: Floats) -> Self:
         """Return the contact with other added points: new ones are anchored where they were, known ones keep their
         slip.
         """
         found = super().joining(extra, x)
         if self.anchors is None or found.anchors is None or extra is None:
             return found
-        pose, new = getattr(self.earlier, "pose", Pose()), found.lasting
+        pose, new = getattr(self.earlier, "pose", RigidMotion()), found.lasting
         anchors, gone = found.anchors.copy(), np.broadcast_to(found.gone, len(found.A)).copy()
         there = anchors[new:] = pose.back(found.places(x)[new:])
         if self.extra is not None:
@@ -153,7 +153,7 @@ class Rubbing(Touching):
         return self.lag is None
 
     @cached_property
-    def pose(self) -> Pose:
+    def pose(self) -> RigidMotion:
         """Present position and orientation of the rigid body."""
         return self.carries(self.share)
 
@@ -162,26 +162,26 @@ class Rubbing(Touching):
         """Present positions of the anchors (p, 3), m."""
         return self.pose.moved(self.at_rest if self.anchors is None else self.anchors)
 
-    def softened(self, soft: float) -> Rubbing:
+    def softened(self, soft: float) -> RigidFriction:
         """Return the same contact `soft` times as stiff, also along the surface, with a new dual variable."""
         softer: Any = super().softened(soft)
-        found: Rubbing = replace(softer, spring=soft * self.spring, dual=Dual())
+        found: RigidFriction = replace(softer, spring=soft * self.spring, dual=DualTractions())
         return found
 
-    def lagged(self, x: Floats, before: Rubbing | None = None, grips: bool = False) -> Rubbing:
+    def lagged(self, x: Floats, before: RigidFriction | None = None, grips: bool = False) -> RigidFriction:
         """Return the same contact with an energy, with pressures and normals of the state x under the law `before`.
 
         With `grips` all points within the barrier distance stick, whatever the pressure.
         """
         g, n, _ = (before or self).look(x)
         p = np.where(g < self.barrier.distance, np.inf, 0.0) if grips else (before or self).barrier.pressure(g)
-        return replace(self, lag=Lag(self.friction * p, n), conservative=True)
+        return replace(self, lag=LaggedFriction(self.friction * p, n), conservative=True)
 
-    def known(self, x: Floats, before: Rubbing) -> Rubbing:
+    def known(self, x: Floats, before: RigidFriction) -> RigidFriction:
         """Return the same contact with an energy and a primal-dual tangent, for one minimisation."""
-        return replace(self.lagged(x, before), dual=Dual())
+        return replace(self.lagged(x, before), dual=DualTractions())
 
-    def towing(self, x: Floats, way: Floats) -> Rubbing:
+    def towing(self, x: Floats, way: Floats) -> RigidFriction:
         """Return the contact with the rigid body where the solution starts from, and all points within the barrier
         sticking.
 
@@ -190,13 +190,13 @@ class Rubbing(Touching):
         """
         was: Any = self.before()
         if self.earlier is not None:
-            old, own = getattr(self.earlier, "pose", Pose()), 3 * self.nodes[:, None] + np.arange(3)
+            old, own = getattr(self.earlier, "pose", RigidMotion()), 3 * self.nodes[:, None] + np.arange(3)
             there = self.X + x[own]
             way[own] = self.pose.moved(old.back(there)) - there
-        found: Rubbing = was.lagged(x, grips=True)
+        found: RigidFriction = was.lagged(x, grips=True)
         return found
 
-    def stiffer(self, factor: float) -> Rubbing:
+    def stiffer(self, factor: float) -> RigidFriction:
         """Return the same contact with the stiffnesses of barrier and spring multiplied by a factor."""
         return replace(self, barrier=self.barrier.stiffer(factor), spring=factor * self.spring)
 
@@ -231,13 +231,13 @@ class Rubbing(Touching):
         return on, sticks, float(own[sticks].sum()) / whole if whole else 0.0
 
     def settled(self, x: Floats) -> Floats:
-        """Return the anchors at the end of a state (p, 3), m: sliding points drag them; points without contact have
-        none.
+        """Return the anchors at the end of a state (p, 3), m: sliding points drag theirs along; separated points reset
+        them.
         """
         slip = self.slip(x)
         return self.pose.back(self.places(x) - slip.along(slip.stretched))
 
-    def holding(self, anchors: Floats, gone: Floats | float = 0.0) -> Rubbing:
+    def holding(self, anchors: Floats, gone: Floats | float = 0.0) -> RigidFriction:
         """Return the same contact with other anchors (p, 3), m, and sliding distances so far (p,), m."""
         return replace(self, anchors=anchors, gone=gone)
 
@@ -245,7 +245,7 @@ class Rubbing(Touching):
         """Return the recoverable energy, including that of the stick springs, J."""
         return super().value(x) + float(self.A @ self.slip(x).t ** 2) / (2.0 * self.spring)
 
-    def work(self, x: Floats, since: Touching) -> float:
+    def work(self, x: Floats, since: RigidContact) -> float:
         """Return the work of the rigid body, including that of friction on anchors that move with it, J."""
         was: Any = since
         _, n, _ = self.look(x)
@@ -275,9 +275,7 @@ class Rubbing(Touching):
         return found + float(self.A @ Slip.of(self.way(x, self.lag.n)[1], self.lag.most, self.spring).energy)
 
     def bending(self, g: Floats) -> Floats:
-        """Return the pressures limited to that at touch: iterates far behind the surface would make the tangent turn
-        away.
-        """
+        """Return the pressures limited to that at touch: far behind the surface the tangent would turn away from it."""
         return np.minimum(super().bending(g), self.barrier.most)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
@@ -327,10 +325,8 @@ class Rubbing(Touching):
         return slip.along(slip.t)
 
 
-def rubbing(touching: Touching, friction: float, carries: Callable[[float], Pose]) -> Rubbing:
-    """Return a contact with friction whose stick stiffness equals the barrier's: sticking points move less than its
-    distance.
-    """
+def add_friction(touching: RigidContact, friction: float, carries: Callable[[float], RigidMotion]) -> RigidFriction:
+    """Return a contact with friction, as stiff as the barrier: sticking points move less than its distance."""
     known = {f.name: getattr(touching, f.name) for f in fields(touching) if f.name != "conservative"}
     spring = touching.barrier.stiffness / touching.barrier.distance
-    return Rubbing(**known, friction=friction, spring=spring, carries=carries)
+    return RigidFriction(**known, friction=friction, spring=spring, carries=carries)

@@ -13,17 +13,17 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.signed_distance.distance_function import Gap
-from softmark.solvers.contact.signed_distance.polyhedra import Brick
-from softmark.solvers.contact.signed_distance.revolved_shapes import Turned
-from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
-from softmark.solvers.contact.signed_distance.triangle_surface import Surface
+from softmark.solvers.contact.signed_distance.polyhedra import BoxGap
+from softmark.solvers.contact.signed_distance.revolved_shapes import RevolvedGap
+from softmark.solvers.contact.signed_distance.rounded_shapes import BallGap
+from softmark.solvers.contact.signed_distance.triangle_surface import TriangleSurface
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.mesh.polygons import edges
 from softmark.solvers.mesh.shape import transverse
 
 
 @dataclass(frozen=True)
-class Volume:
+class MassProperties:
     """Volume V, m^3, its centroid `middle` (3,), m, and C = int (X - middle) (X - middle)^T dV (3, 3), m^5."""
 
     V: float
@@ -32,41 +32,41 @@ class Volume:
 
     @cached_property
     def principal(self) -> tuple[Floats, Floats]:
-        """Principal moments of inertia per mass (3,), m^2, and axes (3, 3), as columns of a rotation: I = tr(C) 1 - C."""
+        """Principal moments of inertia per mass (3,), m^2, and axes (3, 3), as columns: I = tr(C) 1 - C."""
         J, axes = np.linalg.eigh((np.trace(self.C) * np.eye(3) - self.C) / self.V)
         axes[:, 0] *= np.sign(np.linalg.det(axes))
         return J, axes
 
 
-def volume_of(gap: Gap) -> Volume | None:
-    """Return the volume properties of a rigid shape; None if they are unknown or infinite."""
+def mass_properties_of(gap: Gap) -> MassProperties | None:
+    """Return the volume properties of a rigid shape; None if unknown or infinite."""
     make = VOLUMES.get(type(gap))
     return None if make is None else make(gap)
 
 
-def ball(gap: Ball) -> Volume:
+def integrate_ball(gap: BallGap) -> MassProperties:
     """Return the volume of a ball without its hollow: C = 4 pi / 15 (R^5 - r^5)."""
     V, C = (4.0 * np.pi * (gap.radius**k - gap.inner**k) / (3.0 * k) * (1.0 if k == 5 else 3.0) for k in (3, 5))
-    return Volume(V, np.array(gap.centroid), C * np.eye(3))
+    return MassProperties(V, np.array(gap.centroid), C * np.eye(3))
 
 
-def brick(gap: Brick) -> Volume:
+def integrate_box(gap: BoxGap) -> MassProperties:
     """Return the volume of a box: C = V / 3 times the squares of its half extents."""
     half = np.array(gap.half)
     V = 8.0 * float(half.prod())
-    return Volume(V, np.array(gap.centroid), V / 3.0 * np.diag(half**2))
+    return MassProperties(V, np.array(gap.centroid), V / 3.0 * np.diag(half**2))
 
 
-def turned(gap: Turned) -> Volume:
+def integrate_body_of_revolution(gap: RevolvedGap) -> MassProperties:
     """Return the volume of a body of revolution, by Green's theorem along the edges of its half-section."""
-    V, Vz, Vzz, Vrr = (2.0 * np.pi * _section(gap, a, b) for a, b in ((1, 0), (1, 1), (1, 2), (3, 0)))
+    V, Vz, Vzz, Vrr = (2.0 * np.pi * _section_moment(gap, a, b) for a, b in ((1, 0), (1, 1), (1, 2), (3, 0)))
     axis, (e, f) = np.array(gap.axis), (np.array(t) for t in transverse(gap.axis))
     middle = np.array(gap.origin) + Vz / V * axis
     C = 0.5 * Vrr * (np.outer(e, e) + np.outer(f, f)) + (Vzz - Vz**2 / V) * np.outer(axis, axis)
-    return Volume(float(V), middle, C)
+    return MassProperties(float(V), middle, C)
 
 
-def _section(gap: Turned, a: int, b: int) -> float:
+def _section_moment(gap: RevolvedGap, a: int, b: int) -> float:
     """Return int r^a z^b dA over a counter-clockwise half-section (r, z): three Gauss points per edge, exact to degree
     5.
     """
@@ -78,15 +78,18 @@ def _section(gap: Turned, a: int, b: int) -> float:
     return total
 
 
-def surface(gap: Surface) -> Volume:
-    """Return the volume in a surface, by tetrahedra to a point: int x x^T = V / 20 (sum of v v^T, and the square of sum
-    v).
-    """
+def integrate_triangle_surface(gap: TriangleSurface) -> MassProperties:
+    """Return the volume in a surface, by tetrahedra: int x x^T = V / 20 (sum of v v^T, and the square of sum v)."""
     own = gap.corners - (middle := np.array(gap.centroid))
     V = np.einsum("ti,ti->t", own[:, 0], np.cross(own[:, 1], own[:, 2])) / 6.0
     whole = own.sum(axis=1)
     C = np.einsum("t,tki,tkj->ij", V, own, own) + np.einsum("t,ti,tj->ij", V, whole, whole)
-    return Volume(float(V.sum()), middle, C / 20.0)
+    return MassProperties(float(V.sum()), middle, C / 20.0)
 
 
-VOLUMES: dict[type, Callable[[Any], Volume]] = {Ball: ball, Brick: brick, Turned: turned, Surface: surface}
+VOLUMES: dict[type, Callable[[Any], MassProperties]] = {
+    BallGap: integrate_ball,
+    BoxGap: integrate_box,
+    RevolvedGap: integrate_body_of_revolution,
+    TriangleSurface: integrate_triangle_surface,
+}

@@ -15,7 +15,7 @@ from softmark.solvers.mesh.shape import Vector3
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 
-def exponential(w: Floats) -> Floats:
+def rotation_from_vector(w: Floats) -> Floats:
     """Return the rotation matrix (3, 3) of a rotation vector (3,), rad: Rodrigues' formula."""
     angle = float(np.linalg.norm(w))
     k = cross_matrix(w) / (angle or 1.0)
@@ -24,8 +24,8 @@ def exponential(w: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Pose:
-    """Rigid motion x = c + Q (X - c) + shift: `rotation` is the vector of Q, rad, `about` the point c, m, `shift` in m."""
+class RigidMotion:
+    """Rigid motion x = c + Q (X - c) + shift: `rotation` vector of Q, rad, `about` the point c, m, `shift`, m."""
 
     shift: Vector3 = ZERO
     rotation: Vector3 = ZERO
@@ -34,13 +34,13 @@ class Pose:
     @cached_property
     def turn(self) -> Floats | None:
         """Rotation matrix Q (3, 3); None without rotation."""
-        return exponential(np.array(self.rotation)) if any(self.rotation) else None
+        return rotation_from_vector(np.array(self.rotation)) if any(self.rotation) else None
 
-    def at(self, share: float) -> Pose:
+    def at(self, share: float) -> RigidMotion:
         """Return the motion at a fraction of its path, about the same axis."""
         a, b, c = (share * s for s in self.shift)
         p, q, r = (share * w for w in self.rotation)
-        return Pose((a, b, c), (p, q, r), self.about)
+        return RigidMotion((a, b, c), (p, q, r), self.about)
 
     def moved(self, X: Floats) -> Floats:
         """Return the positions, m, of body points X (n, 3)."""
@@ -56,11 +56,11 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Posed:
+class MovedGap:
     """Signed distance of a body that has moved."""
 
     own: Gap
-    pose: Pose
+    pose: RigidMotion
 
     @property
     def sharpest(self) -> float:
@@ -86,6 +86,6 @@ class Posed:
         return (g, n, H) if Q is None else (g, n @ Q.T, Q @ H @ Q.T)
 
 
-def declared(body: Gap) -> Gap:
+def gap_as_declared(body: Gap) -> Gap:
     """Return the signed distance of a rigid body as declared, before any motion."""
-    return body.own if isinstance(body, Posed) else body
+    return body.own if isinstance(body, MovedGap) else body

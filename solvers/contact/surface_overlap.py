@@ -22,7 +22,7 @@ ROUNDS = 8  # of Newton's method for a point on a curved facet
 
 
 @dataclass(frozen=True)
-class Overlaps:
+class FacetOverlaps:
     """Integration points (p,) of overlaps of facets `first` and `second` (p,), with local coordinates on both.
 
     `A` (p,) are their areas, m^2, and `X` (p, 3) their positions on the first facet at rest, m.
@@ -37,11 +37,11 @@ class Overlaps:
     gaps: Floats  # (p,) how far the two facets are apart there, m
 
 
-def overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> Overlaps:
+def find_overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> FacetOverlaps:
     """Return the overlaps of facets `one` and `other` (k,) that are within a distance `reach`, m, of each other."""
-    a, b = _cut_up(mesh, one), _cut_up(mesh, other)
-    first, second = _near(a[0], b[0], reach)
-    corners, at = _common(a[0][first], b[0][second])
+    a, b = _split_into_triangles(mesh, one), _split_into_triangles(mesh, other)
+    first, second = _candidate_pairs(a[0], b[0], reach)
+    corners, at = _intersect_triangles(a[0][first], b[0][second])
     first, second = a[1][first[at]], b[1][second[at]]
     E = corners[:, 1:] - corners[:, :1]
     area = 0.5 * np.linalg.norm(np.cross(E[:, 0], E[:, 1]), axis=1)
@@ -50,19 +50,19 @@ def overlaps(mesh: Mesh, one: Ints, other: Ints, reach: float) -> Overlaps:
     X = np.einsum("qa,pai->pqi", N, corners).reshape(-1, 3)
     A = np.outer(area, 2.0 * w).ravel()
     first, second = np.repeat(first, len(w)), np.repeat(second, len(w))
-    places = _located(mesh, first, X), _located(mesh, second, X)
-    here, there = (_at(mesh, facets, xi) for facets, xi in zip((first, second), places, strict=True))
-    return Overlaps(first, second, *places, A, here, np.linalg.norm(here - there, axis=1))
+    places = _project_to_facets(mesh, first, X), _project_to_facets(mesh, second, X)
+    here, there = (_positions(mesh, facets, xi) for facets, xi in zip((first, second), places, strict=True))
+    return FacetOverlaps(first, second, *places, A, here, np.linalg.norm(here - there, axis=1))
 
 
-def _cut_up(mesh: Mesh, which: Ints) -> tuple[Floats, Ints]:
+def _split_into_triangles(mesh: Mesh, which: Ints) -> tuple[Floats, Ints]:
     """Return the flat triangles of facets (t, 3, 3), m, and the facet of each (t,)."""
     split = np.array(mesh.element.facet.triangles)
     triangles = mesh.points[mesh.facets[which][:, split]].reshape(-1, 3, 3)
     return triangles, np.repeat(which, len(split))
 
 
-def _near(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
+def _candidate_pairs(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
     """Return pairs of triangles that may overlap: near, and facing each other."""
     middles = [t.mean(axis=1) for t in (a, b)]
     sizes = [np.linalg.norm(t - m[:, None], axis=2).max(axis=1) for t, m in zip((a, b), middles, strict=True)]
@@ -70,7 +70,7 @@ def _near(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
     found = cKDTree(middles[0]).query_ball_tree(cKDTree(middles[1]), most)
     first = np.repeat(np.arange(len(a)), [len(f) for f in found])
     second = np.array([j for f in found for j in f], dtype=np.int64)
-    n = [_normals(t) for t in (a, b)]
+    n = [_triangle_normals(t) for t in (a, b)]
     facing = np.einsum("ij,ij->i", n[0][first], n[1][second]) < FACING
     off = np.einsum("ij,ij->i", middles[1][second] - middles[0][first], n[0][first])
     between = np.linalg.norm(middles[1][second] - middles[0][first], axis=1)
@@ -78,18 +78,16 @@ def _near(a: Floats, b: Floats, reach: float) -> tuple[Ints, Ints]:
     return first[kept], second[kept]
 
 
-def _normals(t: Floats) -> Floats:
+def _triangle_normals(t: Floats) -> Floats:
     """Return unit normals of triangles (t, 3)."""
     n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
     found: Floats = n / np.linalg.norm(n, axis=1, keepdims=True)
     return found
 
 
-def _common(a: Floats, b: Floats) -> tuple[Floats, Ints]:
-    """Return intersections of pairs of triangles (p, 3, 3) in the plane of the first: triangles (t, 3, 3), and their
-    pairs.
-    """
-    n = _normals(a)
+def _intersect_triangles(a: Floats, b: Floats) -> tuple[Floats, Ints]:
+    """Return intersections of triangle pairs (p, 3, 3) in the plane of the first: triangles (t, 3, 3), and their pairs."""
+    n = _triangle_normals(a)
     u = a[:, 1] - a[:, 0]
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     v = np.cross(n, u)
@@ -98,10 +96,10 @@ def _common(a: Floats, b: Floats) -> tuple[Floats, Ints]:
     flat_b = flat_b[:, ::-1]  # they look at each other
     found, of = [], []
     for number, (one, other) in enumerate(zip(flat_a, flat_b, strict=True)):
-        polygon = _clipped(other, one)
+        polygon = _clip_polygon(other, one)
         for k in range(1, len(polygon) - 1):
             piece = np.array([polygon[0], polygon[k], polygon[k + 1]])
-            if abs(_twice(*piece)) > NOTHING * abs(_twice(*one)):
+            if abs(_doubled_area(*piece)) > NOTHING * abs(_doubled_area(*one)):
                 found.append(piece)
                 of.append(number)
     at = np.array(of, dtype=np.int64)
@@ -109,12 +107,12 @@ def _common(a: Floats, b: Floats) -> tuple[Floats, Ints]:
     return a[at, :1] + np.einsum("pij,pki->pkj", axes[at], flat), at
 
 
-def _clipped(polygon: Any, window: Any) -> list[Any]:
+def _clip_polygon(polygon: Any, window: Any) -> list[Any]:
     """Return a polygon clipped to a triangle, both counter-clockwise in the plane."""
     left = list(polygon)
     for i in range(3):
         p, q = window[i], window[(i + 1) % 3]
-        sides = [_twice(p, q, c) for c in left]
+        sides = [_doubled_area(p, q, c) for c in left]
         kept = []
         for k, (c, s) in enumerate(zip(left, sides, strict=True)):
             before, s_before = left[k - 1], sides[k - 1]
@@ -126,18 +124,18 @@ def _clipped(polygon: Any, window: Any) -> list[Any]:
     return left
 
 
-def _twice(p: Any, q: Any, c: Any) -> float:
+def _doubled_area(p: Any, q: Any, c: Any) -> float:
     """Return twice the signed area of a triangle in the plane."""
     return float((q[0] - p[0]) * (c[1] - p[1]) - (q[1] - p[1]) * (c[0] - p[0]))
 
 
-def _at(mesh: Mesh, facets: Ints, xi: Floats) -> Floats:
+def _positions(mesh: Mesh, facets: Ints, xi: Floats) -> Floats:
     """Return the positions of local points xi of facets, m."""
     found: Floats = np.einsum("pa,pai->pi", FACETS[mesh.facets.shape[1]].shape(xi), mesh.points[mesh.facets[facets]])
     return found
 
 
-def _located(mesh: Mesh, facets: Ints, X: Floats) -> Floats:
+def _project_to_facets(mesh: Mesh, facets: Ints, X: Floats) -> Floats:
     """Return local coordinates (p, 2) of the points of facets (p,) closest to X (p, 3), by the Gauss-Newton method."""
     facet = FACETS[mesh.facets.shape[1]]
     nodes = mesh.points[mesh.facets[facets]]

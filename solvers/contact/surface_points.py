@@ -11,8 +11,8 @@ SAME = 1e-9  # of shape functions: what is less is nothing
 
 
 @dataclass(frozen=True)
-class Points:
-    """Points x_p = sum_a N_pa x_a: `shares` N (p, a) of nodes `of` (p, a), at rest X (p, 3), m, with areas A (p,), m^2."""
+class SurfacePoints:
+    """Points x_p = sum_a N_pa x_a: `shares` N (p, a) of nodes `of` (p, a), at rest X (p, 3), m, areas A (p,), m^2."""
 
     of: Ints
     shares: Floats
@@ -22,21 +22,21 @@ class Points:
     def __len__(self) -> int:
         return len(self.A)
 
-    def some(self, which: Ints) -> Points:
+    def some(self, which: Ints) -> SurfacePoints:
         """Return the selected points (k,)."""
-        return Points(self.of[which], self.shares[which], self.X[which], self.A[which])
+        return SurfacePoints(self.of[which], self.shares[which], self.X[which], self.A[which])
 
-    def and_(self, others: Points) -> Points:
+    def and_(self, others: SurfacePoints) -> SurfacePoints:
         """Return these points followed by others; missing nodes repeat the first with zero weight."""
         width = max(self.of.shape[1], others.of.shape[1])
         of = [np.hstack([p.of, np.repeat(p.of[:, :1], width - p.of.shape[1], axis=1)]) for p in (self, others)]
         shares = [np.pad(p.shares, ((0, 0), (0, width - p.shares.shape[1]))) for p in (self, others)]
         X, A = np.concatenate([self.X, others.X]), np.concatenate([self.A, others.A])
-        return Points(np.concatenate(of), np.concatenate(shares), X, A)
+        return SurfacePoints(np.concatenate(of), np.concatenate(shares), X, A)
 
 
 @dataclass(frozen=True)
-class Joined:
+class AddedContactPoints:
     """Added points kept in front of planes of a rigid body, with normals n (p, 3), through c (p, 3), m, in the body
     frame.
 
@@ -45,7 +45,7 @@ class Joined:
     are the coordinates before, and the step from there to the deepest point.
     """
 
-    points: Points
+    points: SurfacePoints
     which: Ints
     t: Floats
     ways: Floats
@@ -55,8 +55,8 @@ class Joined:
     def __len__(self) -> int:
         return len(self.which)
 
-    def some(self, which: Ints) -> Joined:
+    def some(self, which: Ints) -> AddedContactPoints:
         """Return the selected points (k,)."""
-        return Joined(
+        return AddedContactPoints(
             self.points.some(which), self.which[which], self.t[which], self.ways[which], self.c[which], self.n[which]
         )

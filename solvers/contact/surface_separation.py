@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softmark.solvers.contact.closest_face_points import away
+from softmark.solvers.contact.closest_face_points import vectors_from_closest_points
 from softmark.solvers.energies.energy import Floats, Ints
 
 FACING = (
@@ -28,7 +28,7 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
     for column in faces.T:
         np.add.at(own, column, normals)
     own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), 1e-300)
-    around = _around(faces, len(V))
+    around = _faces_at_corners(faces, len(V))
     middles = V[faces].mean(axis=1)
     radii = np.linalg.norm(V[faces] - middles[:, None], axis=2).max(axis=1)
     best, rows = np.inf, max(1, CHUNK // len(faces))
@@ -39,28 +39,28 @@ def least_facing_distance(V: Floats, faces: Ints, normals: Floats) -> float | No
         size = far[p, f] + radii[f]
         against = (np.einsum("ci,ci->c", way, normals[f]) < radii[f]) & (size > 0.0)
         p, f = p[against], f[against]
-        p, f = _nearest_first(some, p, f, far, radii)
+        p, f = _sort_by_distance(some, p, f, far, radii)
         for cut in np.array_split(np.arange(len(p)), range(CHUNK // 20, len(p), CHUNK // 20)):
-            best = min(best, _least(V, faces, (normals, own, around), some[p[cut]], f[cut]))
+            best = min(best, _least_distance_of_pairs(V, faces, (normals, own, around), some[p[cut]], f[cut]))
             if not len(cut) or best <= float((far[p[cut], f[cut]] - radii[f[cut]]).max()):
                 break  # those that follow are farther
     return best
 
 
-def _nearest_first(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) -> tuple[Ints, Ints]:
+def _sort_by_distance(some: Ints, p: Ints, f: Ints, far: Floats, radii: Floats) -> tuple[Ints, Ints]:
     """Sort pairs of corners and faces by a lower bound of their distance."""
     order = np.argsort(far[p, f] - radii[f], kind="stable")
     return p[order], f[order]
 
 
-def _around(faces: Ints, count: int) -> tuple[Ints, Ints]:
+def _faces_at_corners(faces: Ints, count: int) -> tuple[Ints, Ints]:
     """Return the faces of all corners (f k,), one corner after the other, and the start of each corner (n + 1,)."""
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(faces.ravel(), minlength=count))])
     return order // faces.shape[1], starts.astype(np.int64)
 
 
-def _least(
+def _least_distance_of_pairs(
     V: Floats, faces: Ints, directions: tuple[Floats, Floats, tuple[Ints, Ints]], corner: Ints, face: Ints
 ) -> float:
     """Return the least distance, m, from a corner to a face over pairs (c,) that face each other; infinite if none do.
@@ -71,7 +71,7 @@ def _least(
     normals, own, (at, starts) = directions
     apart = ~(faces[face] == corner[:, None]).any(axis=1)
     corner, face = corner[apart], face[apart]
-    way = -away(V[corner], V[faces[face]])  # from the corner to the face
+    way = -vectors_from_closest_points(V[corner], V[faces[face]])  # from the corner to the face
     far = np.linalg.norm(way, axis=1)
     across = (np.einsum("ci,ci->c", way, normals[face]) <= -FACING * far) & (far > 0.0)
     corner, way, far = corner[across], way[across], far[across]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.contact.surface_overlap import Overlaps, overlaps
+from softmark.solvers.contact.surface_overlap import FacetOverlaps, find_overlaps
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.energy import Energy, Floats, Ints
 from softmark.solvers.energies.local_blocks import add_blocks
@@ -16,7 +16,7 @@ from softmark.solvers.mesh.mesh import Mesh
 
 
 @dataclass(frozen=True)
-class Tied(Energy):
+class TieConstraint(Energy):
     """Tie energy E = 1/2 int k |u - v|^2 dA over the overlap of two surfaces at rest, u and v their displacements.
 
     A stress sigma opens it by sigma / k: `stiffness` k (Pa/m) is large compared with E / h of the cells. Uniform stress
@@ -54,12 +54,14 @@ class Tied(Energy):
         return float(np.finfo(np.asarray(x).dtype).eps * np.linalg.norm(np.einsum("pij,pj->pi", np.abs(self.K), u)))
 
 
-def tied(mesh: Mesh, one: Ints, other: Ints, stiffness: float, reach: float, depth: float = 0.0) -> Tied:
+def tie_surfaces(
+    mesh: Mesh, one: Ints, other: Ints, stiffness: float, reach: float, depth: float = 0.0
+) -> TieConstraint:
     """Return springs between facets `one` and `other` (k,) of a mesh that overlap within a distance `reach`, m.
 
     With the `depth`, m, of a slice through a body of revolution, whole rings are tied.
     """
-    common = overlaps(mesh, one, other, reach)
+    common = find_overlaps(mesh, one, other, reach)
     A = common.A
     if depth:
         from softmark.solvers.energies.axisymmetric import circumference_in_slices
@@ -67,10 +69,12 @@ def tied(mesh: Mesh, one: Ints, other: Ints, stiffness: float, reach: float, dep
         A = A * circumference_in_slices(common.X[:, 0], depth)
     pairs, which = np.unique(np.stack([common.first, common.second], axis=1), axis=0, return_inverse=True)
     nodes = np.concatenate([mesh.facets[pairs[:, 0]], mesh.facets[pairs[:, 1]]], axis=1)
-    return Tied(nodes, _springs(mesh, common, stiffness * A, which.ravel(), len(pairs)), float(A.sum()), stiffness)
+    return TieConstraint(
+        nodes, _integrate_springs(mesh, common, stiffness * A, which.ravel(), len(pairs)), float(A.sum()), stiffness
+    )
 
 
-def _springs(mesh: Mesh, common: Overlaps, weights: Floats, which: Ints, pairs: int) -> Floats:
+def _integrate_springs(mesh: Mesh, common: FacetOverlaps, weights: Floats, which: Ints, pairs: int) -> Floats:
     """Return integrals of k N_a N_b over the overlap of every pair, the second with the opposite sign."""
     shape = FACETS[mesh.facets.shape[1]].shape
     N = np.concatenate([shape(common.xi), -shape(common.eta)], axis=1)

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.contact.rigid_contact import Touching
-from softmark.solvers.contact.rigid_transform import Pose, Posed, declared
-from softmark.solvers.contact.signed_distance.distance_function import Gap, inside
+from softmark.solvers.contact.rigid_contact import RigidContact
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion, gap_as_declared
+from softmark.solvers.contact.signed_distance.distance_function import Gap, depth_of_centroid
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.energy import Floats, Ints
 
@@ -24,33 +24,33 @@ BESIDE = 1e-3  # of a triangle: what is as near to a side of it goes through it 
 
 
 @dataclass(frozen=True)
-class Skin:
+class SurfaceTriangles:
     """Whole surface of a body, or border of a slice: triangles of nodes `of` (t, 3), at rest X (t, 3, 3), m."""
 
     of: Ints
     X: Floats
 
-    def at(self, x: Floats, pose: Pose) -> Floats:
+    def at(self, x: Floats, pose: RigidMotion) -> Floats:
         """Return the triangles in a state (dofs,), in the frame of a rigid body that has moved (t, 3, 3), m."""
         now = self.X + np.asarray(x, dtype=np.float64)[3 * self.of[..., None] + np.arange(3)]
         return pose.back(now.reshape(-1, 3)).reshape(now.shape)
 
 
-def skin(points: Floats, facets: Ints) -> Skin:
+def surface_triangles(points: Floats, facets: Ints) -> SurfaceTriangles:
     """Return the triangles of facets (f, a) of a mesh, at rest at points (n, 3), m."""
     triangles = facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)
-    return Skin(triangles, points[triangles])
+    return SurfaceTriangles(triangles, points[triangles])
 
 
-def passed(contact: Touching, before: Floats, x: Floats) -> float:
+def tunnelling_depth(contact: RigidContact, before: Floats, x: Floats) -> float:
     """Return the greatest depth, m, of points in a rigid body on the way from state `before` (dofs,) to x; 0 if
     allowed.
 
     It considers the points in contact at the end, or all points if there are none.
     """
     now = contact.at(1.0)
-    start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))
-    own = declared(now.body)
+    start, end = (body.pose if isinstance(body, MovedGap) else RigidMotion() for body in (contact.earlier, now.body))
+    own = gap_as_declared(now.body)
     on = now.pressures(x) > 0.0
     pressed = bool(on.any())
     on = on if pressed else np.ones_like(on)
@@ -58,8 +58,8 @@ def passed(contact: Touching, before: Floats, x: Floats) -> float:
     travel = float(np.linalg.norm(end.moved(first) - start.moved(first), axis=1).max(initial=0.0))
     if travel == 0.0:
         return 0.0
-    inner = inside(own)
-    deep = _deepest(own, (start, end), (first, last), inner)
+    inner = depth_of_centroid(own)
+    deep = _greatest_depths(own, (start, end), (first, last), inner)
     allowed = np.full(len(deep), max(DEEP * inner, WIDE * travel) if pressed else APART * min(inner, travel))
     if pressed and inner > 0.0:
         n0, n1 = (own.look(pose.back(X))[1] for pose, X in ((start, first), (end, last)))
@@ -67,12 +67,14 @@ def passed(contact: Touching, before: Floats, x: Floats) -> float:
     deepest = float(deep[deep > allowed].max(initial=0.0))
     if contact.skin is not None and 0.0 < inner < np.inf:
         middle = np.array(own.centroid) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
-        if _pierced(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle):
+        if _passes_centroid(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle):
             return max(deepest, inner)
     return deepest
 
 
-def _deepest(own: Gap, poses: tuple[Pose, Pose], ends: tuple[Floats, Floats], inner: float) -> Floats:
+def _greatest_depths(
+    own: Gap, poses: tuple[RigidMotion, RigidMotion], ends: tuple[Floats, Floats], inner: float
+) -> Floats:
     """Return the greatest depths of points that move between two `ends` (n, 3), m, as the rigid body moves."""
     (start, end), (first, last) = poses, ends
     far = float(np.linalg.norm(end.back(last) - start.back(first), axis=1).max(initial=0.0))
@@ -81,37 +83,37 @@ def _deepest(own: Gap, poses: tuple[Pose, Pose], ends: tuple[Floats, Floats], in
     for share in np.arange(1, steps) / steps:
         shift, rotation = ((1.0 - share) * np.array(a) + share * np.array(b)
                            for a, b in ((start.shift, end.shift), (start.rotation, end.rotation)))  # fmt: skip
-        pose = Pose(tuple(shift.tolist()), tuple(rotation.tolist()), end.about)
-        deep = np.maximum(deep, -Posed(own, pose).gap((1.0 - share) * first + share * last))
+        pose = RigidMotion(tuple(shift.tolist()), tuple(rotation.tolist()), end.about)
+        deep = np.maximum(deep, -MovedGap(own, pose).gap((1.0 - share) * first + share * last))
     return deep
 
 
-def entered(contact: Touching, before: Floats, x: Floats) -> bool:
+def sweeps_centroid(contact: RigidContact, before: Floats, x: Floats) -> bool:
     """Return whether facets of the surface swept over the centroid of a rigid body between two states (dofs,), m.
 
     They then penetrate the body by at least half of its thickness. Use it only for steps that are short relative to
     that thickness.
     """
     now = contact.at(1.0)
-    start, end = (body.pose if isinstance(body, Posed) else Pose() for body in (contact.earlier, now.body))
-    own = declared(now.body)
-    if contact.skin is None or not 0.0 < inside(own) < np.inf:
+    start, end = (body.pose if isinstance(body, MovedGap) else RigidMotion() for body in (contact.earlier, now.body))
+    own = gap_as_declared(now.body)
+    if contact.skin is None or not 0.0 < depth_of_centroid(own) < np.inf:
         return False
     middle = np.array(own.centroid) * ((1.0, 1.0, 0.0) if contact.flat else 1.0)
-    return len(_crossings(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle)) > 0
+    return len(_swept_triangle_normals(contact.skin.at(before, start) - middle, contact.skin.at(x, end) - middle)) > 0
 
 
-def _pierced(A: Floats, B: Floats) -> bool:
+def _passes_centroid(A: Floats, B: Floats) -> bool:
     """Return whether triangles that move straight from A to B (t, 3, 3), m, have passed the centroid of a body at 0.
 
     It enters through some and leaves through others that face the other way; motion around a corner does not count.
     """
-    n = _crossings(A, B)
+    n = _swept_triangle_normals(A, B)
     return bool((n @ n.T < 0.0).any())
 
 
-def _crossings(A: Floats, B: Floats) -> Floats:
-    """Return normals (k, 3), m^2, of triangles that sweep over the origin on straight paths from A to B (t, 3, 3), m."""
+def _swept_triangle_normals(A: Floats, B: Floats) -> Floats:
+    """Return normals (k, 3), m^2, of triangles that sweep over the origin, straight from A to B (t, 3, 3), m."""
     both = np.concatenate([A, B], axis=1)
     near = ((both.min(axis=1) <= 0.0) & (both.max(axis=1) >= 0.0)).all(axis=1)
     A, B = A[near], B[near]

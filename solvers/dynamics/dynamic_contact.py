@@ -27,8 +27,8 @@ import numpy as np
 from scipy import sparse
 
 from softmark.records import dataclass
-from softmark.solvers.contact.continuous_collision import Place, place, through
-from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.continuous_collision import PointsInBodyFrame, has_passed_through, locate_contact_points
+from softmark.solvers.contact.rigid_contact import RigidContact
 from softmark.solvers.dynamics.contact_output import Acting, Surfaces, acting, meeting
 from softmark.solvers.dynamics.integrator import CutsIn, StepFailed, TooSoft
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints
@@ -48,7 +48,7 @@ class Impact:
 
     def __init__(
         self,
-        contacts: Sequence[Touching],
+        contacts: Sequence[RigidContact],
         courses: Sequence[Course],
         slots: Sequence[Ints],
         meets: Sequence[DynamicPatternEnergy] = (),
@@ -139,13 +139,13 @@ class Impact:
         """Raises CutsIn where facets end behind a rigid surface between points: with more of them the step is new."""
         if self.couple is None or self._rounds > ROUNDS or all(c.facing is None for c in here.posed):
             return
-        from softmark.solvers.contact.facet_penetration import MOST, cuts, off
+        from softmark.solvers.contact.facet_penetration import MOST, find_penetrating_points, presses_off_surface
 
         last = self._rounds == ROUNDS  # then what presses on nothing goes
         before, found = self.at(start.time), False
         for i, contact in enumerate(here.posed):
-            extra = None if last else cuts(contact, end.x)
-            if extra is None and not (last and off(contact, end.x, MOST)):
+            extra = None if last else find_penetrating_points(contact, end.x)
+            if extra is None and not (last and presses_off_surface(contact, end.x, MOST)):
                 continue
             found = True
             known = replace(self.contacts[i], earlier=before.posed[i].body)
@@ -251,7 +251,7 @@ class Touches:
     """All contacts at one time: with rigid bodies, and of surfaces that both deform."""
 
     def __init__(
-        self, posed: Sequence[Touching], slots: Sequence[Ints], meets: Sequence[DynamicPatternEnergy] = ()
+        self, posed: Sequence[RigidContact], slots: Sequence[Ints], meets: Sequence[DynamicPatternEnergy] = ()
     ) -> None:
         self.slots = slots
         self.posed: list[Any] = list(posed)  # with friction or without
@@ -313,13 +313,13 @@ class Touches:
         """Norm of what rounding leaves in the forces, N."""
         return sum(float(c.rounding(x)) for c in self.every)
 
-    def places(self, x: Floats) -> list[Place]:
+    def places(self, x: Floats) -> list[PointsInBodyFrame]:
         """Where the points are as seen from each rigid body."""
-        return [place(c, x) for c in self.posed]
+        return [locate_contact_points(c, x) for c in self.posed]
 
-    def passed(self, x: Floats, start: Sequence[Place]) -> bool:
+    def passed(self, x: Floats, start: Sequence[PointsInBodyFrame]) -> bool:
         """Whether a point has gone through a rigid body on its way from where it was, as seen from there."""
-        return any(through(a, b) for a, b in zip(start, self.places(x), strict=True))
+        return any(has_passed_through(a, b) for a, b in zip(start, self.places(x), strict=True))
 
     def work(self, x: Floats, since: Touches) -> float:
         """What moving rigid bodies have done, J: forces at the end times the way of the surfaces that press there."""

@@ -57,18 +57,20 @@ class Turning:
     def gyroscopic(self, v: Floats) -> Floats:
         """w x J w at the unknowns (dofs,), N m."""
         found = np.zeros(len(v))
-        moving_rod_kernels.gyroscopic(self.where, v, self.J, 1.0, found)
+        moving_rod_kernels.add_gyroscopic_moments(self.where, v, self.J, 1.0, found)
         return found
 
     def inertia(self, stage: Stage, x: Floats, v: Floats) -> Floats:
         """What the equations of a step have beyond M a (dofs,), N m, for an end x with the velocity v."""
         found = np.zeros(len(x))
         if stage.between:
-            moving_rod_kernels.spun(self.where, x, stage.start.v, v, self.J, stage.step, stage.B, found, NONE)
+            moving_rod_kernels.add_angular_momentum_change(
+                self.where, x, stage.start.v, v, self.J, stage.step, stage.B, found, NONE
+            )
             return found
-        moving_rod_kernels.gyroscopic(self.where, v, self.J, 1.0 - stage.alpha_f, found)
+        moving_rod_kernels.add_gyroscopic_moments(self.where, v, self.J, 1.0 - stage.alpha_f, found)
         if stage.alpha_f:
-            moving_rod_kernels.gyroscopic(self.where, stage.start.v, self.J, stage.alpha_f, found)
+            moving_rod_kernels.add_gyroscopic_moments(self.where, stage.start.v, self.J, stage.alpha_f, found)
         return found
 
     def tangent(self, stage: Stage, x: Floats, v: Floats) -> Floats:
@@ -76,9 +78,11 @@ class Turning:
         found = np.empty((len(self.J), 3, 3))
         if stage.between:
             start, left = stage.start.v, np.zeros(len(x))
-            moving_rod_kernels.spun(self.where, x, start, v, self.J, stage.step, stage.B, left, found)
+            moving_rod_kernels.add_angular_momentum_change(
+                self.where, x, start, v, self.J, stage.step, stage.B, left, found
+            )
         else:
-            moving_rod_kernels.gyroscopic_slopes(self.where, v, self.J, (1.0 - stage.alpha_f) * stage.B, found)
+            moving_rod_kernels.gyroscopic_derivatives(self.where, v, self.J, (1.0 - stage.alpha_f) * stage.B, found)
         return found
 
     def settled(self, half: Floats, a: Floats, lumped: Floats, h: float, alpha: float) -> Floats:

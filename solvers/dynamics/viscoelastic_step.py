@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from softmark.solvers.energies.energy import Energy, Floats
-from softmark.solvers.energies.viscoelastic_memory import Memories
+from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 
 
 class Acting(Protocol):
@@ -22,7 +22,7 @@ class Remembering:
     half of it. Forces at its start are those of no time at all.
     """
 
-    def __init__(self, memories: Memories, between: bool = False) -> None:
+    def __init__(self, memories: BodyHistory, between: bool = False) -> None:
         self._first = self._known = self._next = memories
         self.share = 0.5 if between else 1.0
         self.losses = [0.0]  # dissipated up to the end of every step, J

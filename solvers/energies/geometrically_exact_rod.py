@@ -17,7 +17,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats, Ints, no_stencils
 from softmark.solvers.energies.local_blocks import RodElementEnergy
-from softmark.solvers.energies.rod_kinematics import Segments, segments_of
+from softmark.solvers.energies.rod_kinematics import RodElements, cached_elements
 from softmark.solvers.energies.rod_section import RodStiffness, VaryingStiffness
 from softmark.solvers.energies.rod_state import lengths
 
@@ -48,7 +48,7 @@ class RodElastic(RodElementEnergy):
     @cached_property
     def rest_strains(self) -> Floats:
         """Strains (n, 6) of the undeformed state."""
-        return Segments.of(self.rest, self.elements, self.lengths).strains
+        return RodElements.of(self.rest, self.elements, self.lengths).strains
 
     def stiffened(self, stiffness: VaryingStiffness, offset: Floats) -> RodElastic:
         """Return the same rod with other stiffnesses and an offset, reusing the cached data of its rest state."""
@@ -56,9 +56,9 @@ class RodElastic(RodElementEnergy):
         vars(made).update(lengths=self.lengths, rest_strains=self.rest_strains)
         return made
 
-    def segments(self, x: Floats) -> Segments:
+    def segments(self, x: Floats) -> RodElements:
         """Return the kinematics of the elements in state x."""
-        return segments_of(x, self.elements, self.lengths)
+        return cached_elements(x, self.elements, self.lengths)
 
     def strains(self, x: Floats) -> Floats:
         """Return the strains Gamma - Gamma0 (1) and K - K0 (1/m), (n, 6)."""
@@ -118,7 +118,7 @@ class RodElastic(RodElementEnergy):
         """Stiffnesses l C, (n, 6)."""
         return np.asarray(self.lengths[:, None] * self.stiffness.diagonal)
 
-    def _weighted(self, segments: Segments) -> Floats:
+    def _weighted(self, segments: RodElements) -> Floats:
         """Return l C (eps - eps0 + offset), (n, 6)."""
         return np.asarray(self._stiffnesses * (segments.strains - self.rest_strains + self.offset))
 

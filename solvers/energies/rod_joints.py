@@ -1,10 +1,10 @@
-"""Rods that share ends: the nodes of several rods, each with frames of its own, and the points at which they are one.
+"""Rods that share joints: nodes of several rods, each with its own frame, rigidly connected at points.
 
-A rigid joint keeps the angles between the rods that meet there. Every rod brings a node of its own, whose frame lies
-along it; q of a node is q_point Q with a rotation Q that never changes. A turn of the point by a vector phi about the
-point's axes is one of the node by Q^T phi about the node's, for turns of any size, as exp(phi) Q = Q exp(Q^T phi):
-what is unknown at nodes is linear in what is unknown at points, and energies, forces and tangents of rods carry over by
-one constant matrix. `Jointed` is any energy of the rods over the unknowns of the points, at rest and in motion.
+A rigid joint keeps the angles between the rods that meet there. Every rod has its own node at the joint, whose frame
+is along the rod: q of a node is q_point Q with a constant rotation Q. A rotation vector phi of the point in the point's
+axes is Q^T phi of the node in the node's axes, for rotations of any size, because exp(phi) Q = Q exp(Q^T phi). So the
+unknowns of the nodes are linear in those of the points, and one constant matrix maps energies, forces and tangents.
+`JointedRods` is any rod energy over the unknowns of the points, in statics and in dynamics.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ from softmark.solvers.energies.rod_rotation import rotation
 
 @dataclass(frozen=True)
 class Joints:
-    """Which point each node is at (n,), and its frame at rest in the axes of the point (n, 3, 3)."""
+    """Map from rod nodes to joints: the point of each node (n,), and the node frame at rest in point axes (n, 3, 3)."""
 
     point: Ints
     turns: Floats
 
     @staticmethod
     def of(rest: Floats, point: Ints, axes: Floats) -> Joints:
-        """The nodes of rods at rest (n * 7,), at points with `axes` (p, 3, 3), as columns, of their own."""
+        """Return the joints of rods at rest (n * 7,), at points with `axes` (p, 3, 3), given as columns."""
         frames = rotation(rest.reshape(-1, 7)[:, 3:])
         return Joints(point, np.einsum("nki,nkj->nij", axes[point], frames))
 
     @cached_property
     def points(self) -> int:
-        """How many points there are."""
+        """Number of points."""
         return int(self.point.max()) + 1
 
     def spread(self, d: Floats) -> Floats:
-        """Increments of the nodes (6 n,) from those of the points (6 p,)."""
+        """Return the increments of the nodes (6 n,) from those of the points (6 p,)."""
         own = d.reshape(-1, 6)[self.point]
         turned = np.einsum("nki,nk->ni", self.turns, own[:, 3:])
         return np.concatenate([own[:, :3], turned], axis=1).ravel()
 
     def gathered(self, g: Floats) -> Floats:
-        """Forces and moments at the points (6 p,) from those at the nodes (6 n,)."""
+        """Return the forces and moments at the points (6 p,) from those at the nodes (6 n,)."""
         own = g.reshape(-1, 6)
         both = np.concatenate([own[:, :3], np.einsum("nik,nk->ni", self.turns, own[:, 3:])], axis=1)
         found = np.zeros((self.points, 6))
@@ -52,9 +52,9 @@ class Joints:
         return found.ravel()
 
     def blocks(self, stencils: Ints) -> tuple[Ints, Floats]:
-        """For stencils of nodes (m, k): those of the points, and d(node)/d(point) (m, k, k).
+        """Return, for node stencils (m, k), the stencils of the points and d(node)/d(point) (m, k, k).
 
-        Raises ValueError where a stencil has a rotation of a node in part.
+        Raises ValueError if a stencil contains only part of a node's rotation.
         """
         node, part = stencils // 6, stencils % 6
         one = (node[:, :, None] == node[:, None, :]) & (part[:, :, None] // 3 == part[:, None, :] // 3)
@@ -67,15 +67,15 @@ class Joints:
 
 
 @dataclass(frozen=True)
-class Jointed(Energy):
-    """An `energy` of rods, over the unknowns of the points; a state is that of the nodes."""
+class JointedRods(Energy):
+    """A rod `energy` over the unknowns of the points; the state is that of the nodes."""
 
     energy: Energy
     joints: Joints
 
     @property
     def conservative(self) -> bool:
-        """As that of the rods."""
+        """True if the rod energy is conservative."""
         return self.energy.conservative
 
     @cached_property
@@ -84,25 +84,25 @@ class Jointed(Energy):
 
     @property
     def stencils(self) -> Ints:
-        """Degrees of freedom of the points."""
+        """Stencils over the degrees of freedom of the points."""
         return self._blocks[0] if self.energy.stencils.size else self.energy.stencils
 
     def _state(self, x: Floats) -> Floats:
-        """What the energy of the rods is of."""
+        """Return the state that the rod energy takes."""
         return x
 
     def value(self, x: Floats) -> float:
-        """Of the rods, J."""
+        """Return the value of the rod energy, J."""
         return self.energy.value(self._state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Forces and moments at the points."""
+        """Add the forces and moments at the points."""
         own = np.zeros(6 * len(self.joints.point))
         self.energy.add_gradient(self._state(x), own, scale)
         g += self.joints.gathered(own)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """B^T K B, B as `Joints.blocks` has it."""
+        """Add B^T K B, with B from `Joints.blocks`."""
         B = self._blocks[1]
         local = np.zeros_like(B)
         self.energy.add_hessian(
@@ -111,5 +111,5 @@ class Jointed(Energy):
         add_blocks(B.swapaxes(1, 2) @ local @ B, slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """Of the rods, N."""
+        """Return the rounding error of the rod forces, N."""
         return self.energy.rounding(self._state(x))

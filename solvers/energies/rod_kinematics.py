@@ -1,16 +1,16 @@
 """Strains of a two-node geometrically exact rod, with their first and second derivatives.
 
-An element runs from node a to node b. A node carries a position x and a unit quaternion q that turns the
+An element runs from node a to node b. A node carries a position x and a unit quaternion q that rotates the
 material axes (e1 along the rod, e2 and e3 in the cross-section) into space. Arrays hold one row per element.
 
-Both strain measures are functions of y = (d, p, c) in R^11, d = x_b - x_a, p and c those of `Turns`, and are
-differentiated there. `steps` says how y goes with the 12 degrees of freedom, a node's being a displacement in space and
-a rotation vector phi about its material axes, q exp(phi / 2). What is bilinear is a product of constants with all
-products of components: for few elements the number of calls is what takes time. A new strain measure needs its
-derivatives in R^11 and nothing else.
+Both strain measures are functions of y = (d, p, c) in R^11, d = x_b - x_a, p and c those of `ElementRotations`, and are
+differentiated there. `steps` is the derivative of y by the 12 degrees of freedom; a node has a displacement in space
+and a rotation vector phi about its material axes, q exp(phi / 2). Bilinear terms are products of constants with all
+products of components, because for few elements the number of numpy calls dominates the time. A new strain measure
+only needs its derivatives in R^11.
 
 Sources: Simo & Vu-Quoc 1986 (strains), Crisfield & Jelenic 1999 (relative rotations keep the strains
-objective and independent of the path), Absil, Mahony & Sepulchre 2008, chapter 5 (Hessian on a sphere
+objective and path-independent), Absil, Mahony & Sepulchre 2008, chapter 5 (Hessian on a sphere
 embedded in R^4).
 """
 
@@ -28,7 +28,7 @@ from softmark.solvers.energies.rod_rotation import (
     half_angle,
     half_angle_slopes,
     outer,
-    relative,
+    relative_rotation,
     rotation,
 )
 
@@ -38,8 +38,10 @@ _APART = np.concatenate([-np.eye(3), np.zeros((3, 3)), np.eye(3), np.zeros((3, 3
 _EYE3, _EYE4 = np.eye(3), np.eye(4)
 
 
-def _steps_of() -> Floats:
-    """From (q_a, q_b, c) to the derivatives of p and c by the 12 degrees of freedom: (12, 96), read as (8, 12)."""
+def _steps_map() -> Floats:
+    """Return the constant map (12, 96) from (q_a, q_b, c) to the derivatives of p and c by the 12 dofs, read as (8,
+    12).
+    """
     S = np.zeros((3, 4, 2, 4, 12))
     behind = PRODUCT[:, :, 1:].transpose(1, 0, 2) / 2  # q times half a rotation vector, (4, 4, 3)
     S[0, :, 0, :, 3:6] = S[1, :, 0, :, 9:] = S[2, :, 1, :, 9:] = behind
@@ -47,8 +49,8 @@ def _steps_of() -> Floats:
     return S.reshape(12, 96)
 
 
-def _force_of() -> Floats:
-    """From what `Segments._force_part` multiplies, (50,), to a matrix over (d, p): (50, 49)."""
+def _force_map() -> Floats:
+    """Return the constant map (50, 49) from the products in `Segments._force_part` (50,) to a matrix over (d, p)."""
     M = np.zeros((50, 7, 7))
     by_dp = np.zeros((3, 7, 3, 4))  # force_i (p, d)_n to d_k, p_m
     by_dp[:, :4] = 2.0 * ROTATION.transpose(1, 3, 0, 2)
@@ -66,8 +68,8 @@ def _force_of() -> Floats:
     return M.reshape(50, 49)
 
 
-def _moment_of() -> Floats:
-    """From what `Turns.curvature` multiplies, (14,), to a matrix over c: (14, 16)."""
+def _moment_map() -> Floats:
+    """Return the constant map (14, 16) from the products in `Turns.curvature` (14,) to a matrix over c."""
     M = np.zeros((14, 4, 4))
     for i in range(3):
         M[i, 0, 1 + i] = M[i, 1 + i, 0] = 1.0
@@ -79,8 +81,8 @@ def _moment_of() -> Floats:
     return M.reshape(14, 16)
 
 
-def _own_of() -> Floats:
-    """From t_l c_n (16,) and t . q_a to second derivatives by the 12 degrees of freedom: (17, 144)."""
+def _second_derivative_map() -> Floats:
+    """Return the constant map (17, 144) from t_l c_n (16,) and t . q_a to second derivatives by the 12 dofs."""
     M = np.zeros((17, 12, 12))
     mixed = -np.einsum("lim,mnj->lnij", PRODUCT[:, 1:], PRODUCT[:, :, 1:]).reshape(16, 3, 3) / 4  # -e_i c e_j / 4
     M[:16, 3:6, 9:], M[:16, 9:, 3:6] = mixed, mixed.swapaxes(1, 2)
@@ -88,15 +90,16 @@ def _own_of() -> Floats:
     return M.reshape(17, 144)
 
 
-_STEPS, _FORCE, _MOMENT, _OWN = _steps_of(), _force_of(), _moment_of(), _own_of()
+_STEPS, _FORCE, _MOMENT, _OWN = _steps_map(), _force_map(), _moment_map(), _second_derivative_map()
 
 
 @dataclass(frozen=True)
-class Turns:
-    """What the rotations of both nodes say of the elements.
+class ElementRotations:
+    """Relative and mean rotations of both nodes of each element.
 
-    p = q_a + q_b is twice the middle of both (the geodesic one, once normalised), c = (s, v) = conj(q_a) q_b. The sign
-    of q_b is that which makes s >= 0.
+    p = q_a + q_b is twice their midpoint (the geodesic midpoint, once normalised), c = (s, v) = conj(q_a) q_b. The sign
+    of
+    q_b is chosen to make s >= 0.
     """
 
     q_a: Floats  # (n, 4)
@@ -104,18 +107,18 @@ class Turns:
     c: Floats  # the rotation from a to b in the axes of a (n, 4)
 
     @staticmethod
-    def of(q: Floats, elements: Ints) -> Turns:
-        """The elements (n, 2) between nodes with rotations q (nodes, 4)."""
+    def of(q: Floats, elements: Ints) -> ElementRotations:
+        """Return the rotations of elements (n, 2) between nodes with rotations q (nodes, 4)."""
         q_a, q_b = q[elements[:, 0]], q[elements[:, 1]]
-        c = relative(q_a, q_b)
+        c = relative_rotation(q_a, q_b)
         if c[:, 0].min(initial=0.0) < 0.0:
             sign = np.where(c[:, :1] < 0.0, -1.0, 1.0)
             q_b, c = q_b * sign, c * sign
-        return Turns(q_a, q_b, c)
+        return ElementRotations(q_a, q_b, c)
 
     @cached_property
     def p(self) -> Floats:
-        """Twice the middle of both quaternions, (n, 4)."""
+        """Twice the midpoint of both quaternions, (n, 4)."""
         return self.q_a + self.q_b
 
     @cached_property
@@ -125,27 +128,27 @@ class Turns:
 
     @cached_property
     def middle(self) -> Floats:
-        """The rotation in the middle, (n, 3, 3)."""
+        """Rotation matrix in the middle of the element, (n, 3, 3)."""
         return rotation(self.p / np.sqrt(self.rho)[:, None])
 
     @cached_property
     def h(self) -> Floats:
-        """Half the relative angle over its sine, (n,)."""
+        """Half the relative angle divided by its sine, (n,)."""
         return half_angle(self.c)
 
     @cached_property
     def h_slopes(self) -> tuple[Floats, Floats]:
-        """Two derivatives of h by |v|^2, each (n,)."""
+        """First and second derivative of h by |v|^2, each (n,)."""
         return half_angle_slopes(self.c, self.h)
 
     @cached_property
     def theta(self) -> Floats:
-        """The rotation vector from a to b, 2 atan2(|v|, s) v / |v|, (n, 3)."""
+        """Rotation vector from a to b, 2 atan2(|v|, s) v / |v|, (n, 3)."""
         return np.asarray((2 * self.h)[:, None] * self.c[:, 1:])
 
     @cached_property
-    def by_c(self) -> Floats:
-        """dtheta/dc, (n, 3, 4), for c of length one."""
+    def theta_derivatives(self) -> Floats:
+        """Derivative dtheta/dc, (n, 3, 4), for c of unit length."""
         v, h, h_m = self.c[:, 1:], self.h, self.h_slopes[0]
         found = np.empty((len(v), 3, 4))
         found[:, :, 0] = -2 * v
@@ -155,7 +158,7 @@ class Turns:
 
     @cached_property
     def steps(self) -> Floats:
-        """dy by the 12 degrees of freedom, (n, 11, 12)."""
+        """Derivative of y by the 12 degrees of freedom, (n, 11, 12)."""
         found = np.empty((len(self.c), 11, 12))
         found[:, D] = _APART
         known = np.concatenate([self.q_a, self.q_b, self.c], axis=1)
@@ -163,7 +166,7 @@ class Turns:
         return found
 
     def curvature(self, moment: Floats) -> Floats:
-        """Second derivative of moment . theta, theta = 2 h(s, |v|^2) v, in c = (s, v) of length one: (n, 4, 4)."""
+        """Return the second derivative of moment . theta by unit c = (s, v), theta = 2 h(s, |v|^2) v: (n, 4, 4)."""
         s, v = self.c[:, :1], self.c[:, 1:]
         h_m, h_mm = self.h_slopes
         a = np.einsum("ei,ei->e", moment, v)
@@ -177,8 +180,8 @@ class Turns:
 
 
 @dataclass(frozen=True)
-class Segments:
-    """Elements of a rod in one state: strains and their derivatives at the middle of each.
+class RodElements:
+    """Rod elements in one state: strains and their derivatives at the middle of each.
 
         Gamma = R(p)^T (x_b - x_a) / (l |p|^2)      stretch and shears, e1 when straight and unstrained
         K     = theta / l                           twist and curvatures in 1/m
@@ -187,19 +190,19 @@ class Segments:
     """
 
     d: Floats  # x_b - x_a (n, 3)
-    turns: Turns
+    turns: ElementRotations
     l: Floats  # (n,)
 
     @staticmethod
-    def of(x: Floats, elements: Ints, l: Floats, turns: Turns | None = None) -> Segments:
-        """The elements (n, 2) of the state x (nodes * 7,), whose `turns` may be known."""
+    def of(x: Floats, elements: Ints, l: Floats, turns: ElementRotations | None = None) -> RodElements:
+        """Return the elements (n, 2) in state x (nodes * 7,); `turns` may be passed if already computed."""
         nodes = x.reshape(-1, 7)
         d = nodes[elements[:, 1], :3] - nodes[elements[:, 0], :3]
-        return Segments(d, Turns.of(nodes[:, 3:], elements) if turns is None else turns, l)
+        return RodElements(d, ElementRotations.of(nodes[:, 3:], elements) if turns is None else turns, l)
 
     @cached_property
     def strains(self) -> Floats:
-        """(Gamma, K), (n, 6)."""
+        """Strains (Gamma, K), (n, 6)."""
         turns = self.turns
         found = np.empty((len(self.l), 6))
         np.einsum("eki,ek->ei", turns.middle, self.d, out=found[:, :3])
@@ -209,7 +212,7 @@ class Segments:
 
     @cached_property
     def _inner(self) -> Floats:
-        """d(l Gamma, l K)/dy, (n, 6, 11)."""
+        """Derivative d(l Gamma, l K)/dy, (n, 6, 11)."""
         turns = self.turns
         found = np.zeros((len(self.l), 6, 11))
         p = turns.p / turns.rho[:, None]
@@ -217,22 +220,22 @@ class Segments:
         by_p = (outer(self.d, p) @ _BY_P).reshape(-1, 3, 4)
         found[:, :3, D] = turns.middle.swapaxes(1, 2)
         np.subtract(by_p, l_Gamma[:, :, None] * p[:, None, :], out=found[:, :3, P])
-        found[:, 3:, C] = turns.by_c
+        found[:, 3:, C] = turns.theta_derivatives
         return found
 
     @cached_property
     def gradients(self) -> Floats:
-        """d(Gamma, K) by the 12 degrees of freedom, (n, 6, 12)."""
+        """Derivative of (Gamma, K) by the 12 degrees of freedom, (n, 6, 12)."""
         return np.asarray((self._inner @ self.turns.steps) / self.l[:, None, None])
 
     def forces(self, sigma: Floats) -> Floats:
-        """Sum of sigma_i times the derivative of strain i by the 12 degrees of freedom, (n, 12), for sigma (n, 6)."""
+        """Return the sum of sigma_i times the derivative of strain i by the 12 dofs, (n, 12), for sigma (n, 6)."""
         return np.asarray(np.einsum("ei,eij->ej", sigma, self.gradients))
 
     def hessians(self, sigma: Floats, stiffness: Floats) -> Floats:
-        """B^T C B plus the sum of sigma_i times the second derivative of strain i, (n, 12, 12).
+        """Return B^T C B plus the sum of sigma_i times the second derivative of strain i, (n, 12, 12).
 
-        B the gradients by the 12 degrees of freedom; sigma and the diagonal of C are (n, 6).
+        B is the strain derivative by the 12 degrees of freedom; sigma and the diagonal of C are (n, 6).
         """
         n, B, turns = len(self.l), self.gradients, self.turns
         stress = sigma / self.l[:, None]
@@ -247,7 +250,7 @@ class Segments:
         return np.asarray(H).reshape(n, 12, 12)
 
     def _force_part(self, force: Floats, t: Floats) -> Floats:
-        """Second derivatives of force . l Gamma, whose first are t (n, 7), by (d, p): (n, 7, 7).
+        """Return second derivatives of force . l Gamma by (d, p), (n, 7, 7); t (n, 7) are the first derivatives.
 
         With N = rho u for u = l Gamma: u_mn = (N_mn - u_m rho_n - rho_m u_n - u rho_mn) / rho.
         """
@@ -260,9 +263,10 @@ class Segments:
         return np.asarray((parts @ _FORCE).reshape(-1, 7, 7))
 
     def _own(self, t: Floats) -> Floats:
-        """What the second derivatives of y depend on, (n, 17), for derivatives t by y (n, 11).
+        """Return the products (n, 17) that the second derivatives of y depend on, for derivatives t by y (n, 11).
 
-        q exp(phi / 2) = q + ... - |phi|^2 q / 8: each node adds -(t . q) / 4 to its rotational diagonal, the same of c;
+        q exp(phi / 2) = q + ... - |phi|^2 q / 8: each node adds -(t . q) / 4 to its rotational diagonal, and likewise
+        for c;
         t . c and t . p vanish, as only the directions of c and p count, so that t . q_b = -t . q_a.
         """
         parts = np.empty((len(t), 17))
@@ -272,15 +276,14 @@ class Segments:
 
 
 _Key = tuple[bytes, bytes, bytes, str]
-_KNOWN: tuple[tuple[_Key, Segments], ...] = ()  # the latest first; replaced as a whole, for threads
+_KNOWN: tuple[tuple[_Key, RodElements], ...] = ()  # the latest first; replaced as a whole, for threads
 KEPT = 3  # states: that before a step, that behind it, and the one that is tried
 
 
-def segments_of(x: Floats, elements: Ints, l: Floats, turns: Turns | None = None) -> Segments:
-    """`Segments.of`, with all that was computed of one of the last states: numbers are compared, arrays may change.
+def cached_elements(x: Floats, elements: Ints, l: Floats, turns: ElementRotations | None = None) -> RodElements:
+    """Return `Segments.of`, reusing the cached result if the state equals one of the last few (values are compared).
 
-    A step of Newton's method asks a state for its energy, its forces, its tangent and how it moves; each is a function
-    of the same strains.
+    A Newton step evaluates energy, forces, tangent and motion of one state; all are functions of the same strains.
     """
     global _KNOWN
     key, known = (x.tobytes(), elements.tobytes(), l.tobytes(), x.dtype.str), _KNOWN
@@ -289,6 +292,6 @@ def segments_of(x: Floats, elements: Ints, l: Floats, turns: Turns | None = None
             if place:
                 _KNOWN = (known[place], *known[:place], *known[place + 1 :])
             return found
-    found = Segments.of(x.copy(), elements, l.copy(), turns)
+    found = RodElements.of(x.copy(), elements, l.copy(), turns)
     _KNOWN = ((key, found), *known[: KEPT - 1])
     return found

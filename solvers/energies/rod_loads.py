@@ -18,20 +18,20 @@ from softmark.solvers.energies.local_blocks import add_blocks, cross_matrix, pro
 from softmark.solvers.energies.rod_rotation import rotation
 
 
-def _turns(nodes: Ints) -> Ints:
+def _rotation_dofs(nodes: Ints) -> Ints:
     """Return the rotational degrees of freedom (k, 3) of nodes (k,)."""
     found: Ints = 6 * nodes[:, None] + np.arange(3, 6)
     return found
 
 
-def _in_material(x: Floats, nodes: Ints, vectors: Floats) -> Floats:
+def _to_material_axes(x: Floats, nodes: Ints, vectors: Floats) -> Floats:
     """Rotate spatial vectors (k, 3) into the material axes of nodes (k,)."""
     found: Floats = np.einsum("kji,kj->ki", rotation(x.reshape(-1, 7)[nodes, 3:]), vectors)
     return found
 
 
 @dataclass(frozen=True)
-class RodArms(Energy):
+class EccentricRodForces(Energy):
     """Dead forces (k, 3), N, at material points off the axis, offset by `arms` (k, 3), m in material axes, from nodes
     (k,).
 
@@ -47,7 +47,7 @@ class RodArms(Energy):
     @property
     def stencils(self) -> Ints:
         """The three rotations of every node (k, 3)."""
-        return _turns(self.nodes)
+        return _rotation_dofs(self.nodes)
 
     def _points(self, x: Floats) -> Floats:
         nodes = x.reshape(-1, 7)[self.nodes]
@@ -66,12 +66,12 @@ class RodArms(Energy):
         """Subtract the forces and their moments a x R^T f about the material axes."""
         nodes = g.reshape(-1, 6)
         np.add.at(nodes[:, :3], self.nodes, -scale * self.forces)
-        moments = np.cross(self.arms, _in_material(x, self.nodes, self.forces))
+        moments = np.cross(self.arms, _to_material_axes(x, self.nodes, self.forces))
         np.add.at(nodes[:, 3:], self.nodes, -scale * moments)
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add (F . a) I - (F a^T + a F^T) / 2, F = R^T f; `projected` sets negative eigenvalues to zero."""
-        F, a = _in_material(x, self.nodes, self.forces), self.arms
+        F, a = _to_material_axes(x, self.nodes, self.forces), self.arms
         both = np.einsum("ki,kj->kij", F, a)
         local = np.einsum("ki,ki->k", F, a)[:, None, None] * np.eye(3) - 0.5 * (both + both.swapaxes(1, 2))
         if projected:
@@ -94,7 +94,7 @@ class RodMoments(Energy):
     @property
     def stencils(self) -> Ints:
         """The three rotations of every node (k, 3)."""
-        return _turns(self.nodes)
+        return _rotation_dofs(self.nodes)
 
     def value(self, x: Floats) -> float:
         """There is none: what such a moment does depends on the way."""
@@ -102,13 +102,13 @@ class RodMoments(Energy):
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Subtract the moments about the material axes."""
-        np.add.at(g.reshape(-1, 6)[:, 3:], self.nodes, -scale * _in_material(x, self.nodes, self.moments))
+        np.add.at(g.reshape(-1, 6)[:, 3:], self.nodes, -scale * _to_material_axes(x, self.nodes, self.moments))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Add -[m]x / 2, which is skew; skip it in a projected tangent, which must stay definite."""
         if projected:
             return
-        m = _in_material(x, self.nodes, self.moments)
+        m = _to_material_axes(x, self.nodes, self.moments)
         add_blocks(-0.5 * scale * cross_matrix(m), slots, data)
 
     def rounding(self, x: Floats) -> float:

@@ -1,7 +1,7 @@
 """Rotations as quaternions (scalar first), over arrays of shape (..., 4).
 
 Every product is a contraction with constant arrays, so that the strains of `rod_kinematics` can be
-differentiated. To add a parametrisation of rotations, give it a map from and to quaternions here.
+differentiated. To add another parametrisation of rotations, add its conversion from and to quaternions here.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from softmark.solvers.energies.energy import Floats
 
 
 def _hamilton() -> Floats:
-    """Structure constants of the quaternions: (p q)_j = H[j, m, n] p_m q_n."""
+    """Return the structure constants of the quaternions: (p q)_j = H[j, m, n] p_m q_n."""
     H = np.zeros((4, 4, 4))
     H[0] = np.diag([1.0, -1.0, -1.0, -1.0])
     for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
@@ -40,19 +40,20 @@ _SMALL = 0.05
 
 
 def product(p: Floats, q: Floats) -> Floats:
-    """Hamilton product p q of quaternions (..., 4), scalar first."""
+    """Return the Hamilton product p q of quaternions (..., 4), scalar first."""
     return np.asarray(outer(p, q) @ _PRODUCT_OF)
 
 
-def relative(p: Floats, q: Floats) -> Floats:
-    """conj(p) q of unit quaternions (..., 4): the rotation from p to q in the axes of p."""
+def relative_rotation(p: Floats, q: Floats) -> Floats:
+    """Return conj(p) q of unit quaternions (..., 4): the rotation from p to q in the axes of p."""
     return np.asarray(outer(p, q) @ _RELATIVE_OF)
 
 
 def outer(a: Floats, b: Floats) -> Floats:
-    """All products of components, (..., i * j) of (..., i) and (..., j): what is bilinear is then one matrix product.
+    """Return all products of components, (..., i * j) of (..., i) and (..., j), to turn bilinear maps into matrix
+    products.
 
-    Rows run fastest in memory, so that numpy's inner loops are as long as there are rows.
+    Rows are contiguous in memory, so that numpy's inner loops are as long as the number of rows.
     """
     if a.ndim != b.ndim:
         lead = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
@@ -62,18 +63,18 @@ def outer(a: Floats, b: Floats) -> Floats:
 
 
 def conjugate(q: Floats) -> Floats:
-    """The inverse of unit quaternions (..., 4)."""
+    """Return the inverse of unit quaternions (..., 4)."""
     return np.asarray(q * _CONJUGATE)
 
 
 def rotation(q: Floats) -> Floats:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4); R scales with |q|^2 otherwise."""
+    """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4); otherwise R scales with |q|^2."""
     R = outer(q, q) @ _ROTATION_OF
     return np.asarray(R.reshape(*q.shape[:-1], 3, 3))
 
 
 def quaternion(R: Floats) -> Floats:
-    """Unit quaternions (..., 4) of rotation matrices (..., 3, 3), scalar not negative.
+    """Return unit quaternions (..., 4) of rotation matrices (..., 3, 3), with non-negative scalar part.
 
     4 q q^T is linear in R; its column under the largest diagonal entry is q without loss of digits
     (Shepperd 1978).
@@ -86,46 +87,46 @@ def quaternion(R: Floats) -> Floats:
 
 
 def exponential(phi: Floats) -> Floats:
-    """Unit quaternions (cos |phi|/2, sin(|phi|/2) phi/|phi|), (..., 4), of rotation vectors (..., 3), rad."""
+    """Return unit quaternions (cos |phi|/2, sin(|phi|/2) phi/|phi|), (..., 4), of rotation vectors (..., 3), rad."""
     half = np.maximum(np.sqrt(np.einsum("...i,...i->...", phi, phi)) / 2, 1e-20)[..., None]
     return np.concatenate([np.cos(half), np.sin(half) / (2 * half) * phi], axis=-1)
 
 
 def logarithm(q: Floats) -> Floats:
-    """Rotation vectors (..., 3), rad, no longer than pi, of quaternions (..., 4)."""
+    """Return rotation vectors (..., 3), rad, at most pi long, of quaternions (..., 4)."""
     c = np.where(q[..., :1] < 0.0, -q, q)
     return np.asarray(2 * half_angle(c)[..., None] * c[..., 1:])
 
 
-def between(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
-    """Geodesic interpolation (..., 4) of rotations: q_a at t = 0, q_b at t = 1 (Shoemake 1985)."""
+def interpolate_rotation(q_a: Floats, q_b: Floats, t: Floats) -> Floats:
+    """Return the geodesic interpolation (..., 4) of rotations: q_a at t = 0, q_b at t = 1 (Shoemake 1985)."""
     return product(q_a, exponential(t[..., None] * logarithm(product(conjugate(q_a), q_b))))
 
 
 def half_angle(c: Floats) -> Floats:
-    """h = atan2(|v|, s) / |v| for c = (s, v), s >= 0."""
+    """Return h = atan2(|v|, s) / |v| for c = (s, v), s >= 0."""
     v = c[..., 1:]
     size = np.maximum(np.sqrt(np.einsum("...i,...i->...", v, v)), 1e-150)  # far below, where h = 1 / s to rounding
     return np.asarray(np.arctan2(size, c[..., 0]) / size)
 
 
 def half_angle_slopes(c: Floats, h: Floats) -> tuple[Floats, Floats]:
-    """dh/dm and d2h/dm2 of h = `half_angle`, m = |v|^2."""
+    """Return dh/dm and d2h/dm2 of h = `half_angle`, m = |v|^2."""
     s, m = c[..., 0], np.einsum("...i,...i->...", c[..., 1:], c[..., 1:])
     squared = s * s
     small = m < _SMALL * squared
     if small.all():  # as in any rod of segments that turn little
-        return _near(s, m / squared)
+        return _half_angle_series(s, m / squared)
     near, far = np.where(small, s, 1.0), np.where(small, 1.0, m)
     r2 = s**2 + far
     h_m = (s / r2 - h) / (2 * far)
     h_mm = (-s / r2**2 - 3 * h_m) / (2 * far)
-    series = _near(near, np.where(small, m / near**2, 0.0))
+    series = _half_angle_series(near, np.where(small, m / near**2, 0.0))
     return np.where(small, series[0], h_m), np.where(small, series[1], h_mm)
 
 
-def _near(s: Floats, z: Floats) -> tuple[Floats, Floats]:
-    """`half_angle_slopes` by their series in z = m / s^2."""
+def _half_angle_series(s: Floats, z: Floats) -> tuple[Floats, Floats]:
+    """Return `half_angle_slopes` from their series in z = m / s^2."""
     powers = np.ones((*z.shape, 16))
     square = z[..., None]
     for k in (1, 2, 4, 8):

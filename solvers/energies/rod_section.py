@@ -1,6 +1,6 @@
-"""Cross-sections of a rod and the stiffnesses that they give.
+"""Cross-sections of a rod and their stiffnesses.
 
-A new section is a function that returns a `Section`, as `circular` does.
+A new section is a function that returns a `RodSection`, as `circular` does.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from softmark.solvers.energies.energy import Floats
 
 @dataclass(frozen=True)
 class RodStiffness:
-    """Stiffnesses to stretch and shears (EA, GA2, GA3) in N, to twist and bendings (GJ, EI2, EI3) in N m^2.
+    """Rod stiffnesses: stretch and shears (EA, GA2, GA3) in N, twist and bendings (GJ, EI2, EI3) in N m^2.
 
-    GA2 and GA3 contain the shear factor. EI2 resists the curvature about e2, the bending in the plane e1-e3.
-    `rigid` names the modes, in this order from 0, that stand for constraints (see `without`).
+    GA2 and GA3 include the shear factor. EI2 resists the curvature about e2, the bending in the plane e1-e3.
+    `rigid` lists the modes, numbered from 0 in this order, that are penalised as constraints (see `without`).
     """
 
     EA: float
@@ -33,19 +33,23 @@ class RodStiffness:
 
     @cached_property
     def diagonal(self) -> Floats:
-        """diag(C_N, C_M), (6,), in the order of the strains (Gamma1, Gamma2, Gamma3, K1, K2, K3)."""
+        """Diagonal of (C_N, C_M), (6,), in the order of the strains (Gamma1, Gamma2, Gamma3, K1, K2, K3)."""
         return np.array([self.EA, self.GA2, self.GA3, self.GJ, self.EI2, self.EI3])
 
     def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> RodStiffness:
-        """The rod of this `length` (m) with shear or stretch switched off; True leaves a mode flexible.
+        """Return the stiffness of a rod of this `length` (m) with shear or stretch suppressed; True leaves a mode
+        flexible.
 
-        A switched-off mode gets max(its own stiffness, ratio B / length^2), B the largest of GJ, EI2 and
-        EI3: a penalty. A cantilever whose load has P length^2 / B = 10 then keeps 20 / ratio of its strain
-        energy in such a mode and is off by 10 length / ratio at its tip, both growing with the load.
-        `RodElastic.tightened` removes what is left; `RodElastic.rigid_fraction` tells how much that is.
+        A suppressed mode gets the penalty stiffness max(its own stiffness, ratio B / length^2), B the largest of GJ,
+        EI2 and
+        EI3. A cantilever whose load has P length^2 / B = 10 then stores 20 / ratio of its strain energy in such a mode
+        and has
+        an error of 10 length / ratio at its tip, both growing with the load. `RodElastic.with_multipliers` removes this
+        error;
+        `RodElastic.rigid_fraction` measures it.
 
-        The penalty costs no Newton steps with `RodChain`, whose moves do not stretch what only turns. The
-        condition number of the tangent grows as `ratio`, and rounding keeps residuals up at a part of
+        The penalty costs no Newton steps with `RodChain`, whose moves do not stretch elements that only rotate. The
+        condition number of the tangent grows as `ratio`, and rounding limits residuals to a fraction of
         `RodElastic.rounding`.
         """
         floor = ratio * max(self.GJ, self.EI2, self.EI3) / length**2
@@ -60,13 +64,13 @@ class RodStiffness:
 
 @dataclass(frozen=True)
 class VaryingStiffness:
-    """Stiffnesses that differ from element to element: `diagonal` (n, 6), as those of `RodStiffness` in a row."""
+    """Stiffnesses per element: `diagonal` (n, 6), each row ordered as in `RodStiffness`."""
 
     diagonal: Floats
     rigid: tuple[int, ...] = ()
 
     def without(self, length: float, *, shear: bool, axial: bool, ratio: float = 1e6) -> VaryingStiffness:
-        """As `RodStiffness.without`, with the largest bending or twisting stiffness of all elements."""
+        """Suppress modes as `RodStiffness.without`, using the largest bending or twisting stiffness of all elements."""
         rigid = (() if axial else (0,)) + (() if shear else (1, 2))
         diagonal = self.diagonal.copy()
         floor = ratio * float(diagonal[:, 3:].max()) / length**2
@@ -76,7 +80,7 @@ class VaryingStiffness:
 
 @dataclass(frozen=True)
 class RodSection:
-    """A homogeneous isotropic cross-section, e2 and e3 along its principal axes."""
+    """A homogeneous isotropic cross-section, with e2 and e3 along its principal axes."""
 
     area: float  # m^2
     I2: float  # integral of X3^2, m^4
@@ -89,14 +93,16 @@ class RodSection:
 
     @property
     def stiffness(self) -> RodStiffness:
-        """EA, k2 GA, k3 GA, GJ, EI2, EI3."""
+        """Stiffnesses EA, k2 GA, k3 GA, GJ, EI2, EI3."""
         E, G = self.young, self.shear
         shears = (self.k2 * G * self.area, self.k3 * G * self.area)
         return RodStiffness(E * self.area, *shears, G * self.J, E * self.I2, E * self.I3)
 
 
 def circular(radius: float, young: float, poisson: float) -> RodSection:
-    """The full circle: A = pi R^2, I = pi R^4 / 4, J = 2 I, k = 6 (1 + nu) / (7 + 6 nu) (Cowper 1966)."""
+    """Return the solid circular section: A = pi R^2, I = pi R^4 / 4, J = 2 I, k = 6 (1 + nu) / (7 + 6 nu) (Cowper
+    1966).
+    """
     I = pi * radius**4 / 4
     k = 6 * (1 + poisson) / (7 + 6 * poisson)
     return RodSection(pi * radius**2, I, I, 2 * I, k, k, young, young / (2 * (1 + poisson)))

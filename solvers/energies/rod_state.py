@@ -1,8 +1,8 @@
-"""The state of a rod: how it is made, how it moves, and where it carries the material points around its axis.
+"""State of a rod: its construction, its increments, and the positions of material points around its axis.
 
 A state is x (nodes * 7,), one row (position 3, unit quaternion 4, scalar first) per node, in order along
 the rod. An increment d (nodes * 6,) holds per node a displacement in space and a rotation vector about the
-node's material axes: x + d, q exp(d / 2). Another way to move is a class beside `RodSpace` with the members
+node's material axes: x + d, q exp(d / 2). Another way to move is a class next to `RodSpace` with the members
 of `energy.Space`.
 """
 
@@ -16,76 +16,80 @@ from numpy.typing import NDArray
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_kinematics import Segments, Turns, segments_of
+from softmark.solvers.energies.rod_kinematics import ElementRotations, RodElements, cached_elements
 from softmark.solvers.energies.rod_rotation import (
-    between,
     conjugate,
     exponential,
+    interpolate_rotation,
     product,
     quaternion,
     rotation,
 )
 
 
-def chain(nodes: int) -> Ints:
-    """The elements (nodes - 1, 2) of one rod: every node with the next."""
+def chain_elements(nodes: int) -> Ints:
+    """Return the elements (nodes - 1, 2) of one rod: every node with the next."""
     return np.stack([np.arange(nodes - 1), np.arange(1, nodes)], axis=1)
 
 
 def lengths(rest: Floats, elements: Ints) -> Floats:
-    """Undeformed lengths (n,) of the elements, m: their chords."""
+    """Return the undeformed lengths (n,) of the elements, m, measured along their chords."""
     X = rest.reshape(-1, 7)[:, :3][elements]
     return np.asarray(np.linalg.norm(X[:, 1] - X[:, 0], axis=1))
 
 
 @dataclass(frozen=True)
 class RodSpace:
-    """The plain motion of a rod's nodes."""
+    """Configuration space of rod nodes, with independent motion of positions and rotations."""
 
     nodes: int
 
     @property
     def dofs(self) -> int:
-        """Six per node."""
+        """Number of degrees of freedom, six per node."""
         return 6 * self.nodes
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """Positions plus d, quaternions times exp(d / 2), normalised."""
+        """Return positions plus d and normalised quaternions times exp(d / 2)."""
         old, step = x.reshape(-1, 7), d.reshape(-1, 6)
         q = product(old[:, 3:], exponential(step[:, 3:]))
         q = q / np.sqrt(np.einsum("em,em->e", q, q))[:, None]
         return np.concatenate([old[:, :3] + step[:, :3], q], axis=1).ravel()
 
 
-def axes_behind(before: Segments, step: Floats, turns: Turns) -> Floats:
-    """The axis vectors l R(new) (Gamma + dGamma . d), (n, 3), m, of elements behind a step d (n, 12) to new `turns`."""
+def updated_axis_vectors(before: RodElements, step: Floats, turns: ElementRotations) -> Floats:
+    """Return the axis vectors l R(new) (Gamma + dGamma . d), (n, 3), m, of elements after a step d (n, 12) to new
+    `turns`.
+    """
     Gamma = before.strains[:, :3] + np.einsum("eij,ej->ei", before.gradients[:, :3], step)
     return np.asarray(np.einsum("eki,ei->ek", turns.middle, Gamma) * before.l[:, None])
 
 
-def jumped(before: Floats, after: Floats, elements: Ints) -> bool:
-    """Whether an element has turned from one state to another by more than 180 degrees against itself.
+def exceeds_half_turn(before: Floats, after: Floats, elements: Ints) -> bool:
+    """Return whether an element's relative rotation has changed by more than 180 degrees between two states.
 
-    Rotations between its nodes are known but for whole turns: such a step is one through half a turn, where the
-    other way round becomes the shorter, and twist or bending is lost.
+    Relative rotations between nodes are known only up to full turns. In such a step the other way round becomes the
+    shorter one, and twist or bending is lost.
     """
-    c, d = (Turns.of(x.reshape(-1, 7)[:, 3:], elements).c for x in (before, after))
+    c, d = (ElementRotations.of(x.reshape(-1, 7)[:, 3:], elements).c for x in (before, after))
     return bool(np.any(np.einsum("em,em->e", c, d) < 0.0))
 
 
 @dataclass(frozen=True)
 class RodChain:
-    """The motion of one rod whose stretch and shear change as the increment says to first order, and no more.
+    """Configuration space of one rod in which stretch and shear change exactly to first order in the increment.
 
-    A plain move turns frames by a finite angle but shifts nodes along straight lines: an element that turns
-    by phi also stretches by phi^2 / 2 and pays for it with its largest stiffness, so that Newton steps get
-    the shorter the more slender the rod. Here the axis vector of each element becomes l R(new) (Gamma +
-    dGamma . d), and the positions are summed from these. The mixed integration point method (Magisano,
-    Leonetti & Garcea 2017) gains the same with an independent normal force. Both moves agree to first
-    order, and so do slopes in a line search.
+    A plain move rotates frames by a finite angle but shifts nodes along straight lines. An element that rotates by phi
+    then
+    also stretches by phi^2 / 2 against its largest stiffness, so Newton steps get shorter the more slender the rod.
+    Here
+    the axis vector of each element becomes l R(new) (Gamma + dGamma . d), and the positions are summed from these. The
+    mixed integration point method (Magisano, Leonetti & Garcea 2017) gains the same with an independent normal force.
+    Both
+    moves agree to first order, and so do slopes in a line search.
 
-    `held` (nodes, 3): components of position that move by d alone, such as supported ones. Between two held
-    nodes the second-order correction is brought back to zero linearly along the rod.
+    `held` (nodes, 3) marks components of position that move by d only, such as supported ones. Between two of these the
+    second-order correction is brought back to zero linearly along the rod.
     """
 
     rest: Floats
@@ -93,8 +97,8 @@ class RodChain:
 
     @cached_property
     def elements(self) -> Ints:
-        """Every node with the next."""
-        return chain(len(self.held))
+        """Elements (n, 2): every node with the next."""
+        return chain_elements(len(self.held))
 
     @cached_property
     def lengths(self) -> Floats:
@@ -103,29 +107,29 @@ class RodChain:
 
     @property
     def dofs(self) -> int:
-        """Six per node."""
+        """Number of degrees of freedom, six per node."""
         return 6 * len(self.held)
 
     def move(self, x: Floats, d: Floats) -> Floats:
-        """The plain move, then positions corrected to second order in d."""
+        """Make the plain move, then correct positions to second order in d."""
         moved = RodSpace(len(self.held)).move(x, d)
         nodes, step = moved.reshape(-1, 7), d.reshape(-1, 6)
-        turns = Turns.of(nodes[:, 3:], self.elements)
+        turns = ElementRotations.of(nodes[:, 3:], self.elements)
         excess = np.zeros((len(self.held), 3))
         ends = np.concatenate([step[:-1], step[1:]], axis=1)
-        axes = axes_behind(segments_of(x, self.elements, self.lengths), ends, turns)
+        axes = updated_axis_vectors(cached_elements(x, self.elements, self.lengths), ends, turns)
         np.cumsum(axes - (nodes[1:, :3] - nodes[:-1, :3]), axis=0, out=excess[1:])
         excess -= self._drift(excess)
         nodes[:, :3] += excess
-        segments_of(moved, self.elements, self.lengths, turns)  # it will be asked for
+        cached_elements(moved, self.elements, self.lengths, turns)  # it will be asked for
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:
-        """As the function of this name has it."""
-        return jumped(before, after, self.elements)
+        """Return whether an element's relative rotation has changed by more than 180 degrees between two states."""
+        return exceeds_half_turn(before, after, self.elements)
 
     def _drift(self, excess: Floats) -> Floats:
-        """What the correction adds at the held nodes, linear between them; its mean where none is held."""
+        """Return the correction at the held nodes, interpolated linearly between them; its mean if no node is held."""
         below, above, part = self._between
         drift = excess.take(below)
         drift += part * (excess.take(above) - drift)
@@ -136,7 +140,9 @@ class RodChain:
 
     @cached_property
     def _between(self) -> tuple[Ints, Ints, Floats]:
-        """For components of nodes (nodes, 3): the held ones before and behind, as flat indices, and the part."""
+        """For components of nodes (nodes, 3): flat indices of the held ones before and after, and the interpolation
+        weight.
+        """
         s = np.concatenate([[0.0], np.cumsum(self.lengths)])
         below, above = np.zeros((2, *self.held.shape), dtype=np.int64)
         part = np.zeros(self.held.shape)
@@ -154,11 +160,11 @@ class RodChain:
 
 
 def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
-    """State (n * 7,) of an undeformed rod through `points` (n, 3), m, with e1 along its tangent.
+    """Return the state (n * 7,) of an undeformed rod through `points` (n, 3), m, with e1 along its tangent.
 
-    e3 is `up` made perpendicular to e1; without `up`, the coordinate axis farthest from every tangent. The
-    tangent halves the angle between neighbouring chords, and mirrors the next one at an end chord: exact on a
-    circle cut evenly. Raises ValueError for fewer than two points, repeated ones, or a tangent along `up`.
+    e3 is `up` made perpendicular to e1; by default `up` is the coordinate axis farthest from every tangent. The tangent
+    bisects the angle between neighbouring chords, and mirrors the next one at an end chord: exact on an evenly divided
+    circle. Raises ValueError for fewer than two points, repeated ones, or a tangent along `up`.
     """
     X = np.asarray(points, dtype=np.float64)
     t = _tangents(X)
@@ -168,16 +174,18 @@ def rod_at_rest(points: Floats, up: Floats | None = None) -> Floats:
     if not np.all(sine > 1e-6):
         raise ValueError("the rod is parallel to its reference direction somewhere")
     e2 /= np.linalg.norm(e2, axis=1, keepdims=True)
-    return rod_of(X, np.stack([t, e2, np.cross(t, e2)], axis=2))
+    return rod_from_frames(X, np.stack([t, e2, np.cross(t, e2)], axis=2))
 
 
-def rod_of(points: Floats, frames: Floats) -> Floats:
-    """State (n * 7,) of an undeformed rod at `points` (n, 3), m, with `frames` (n, 3, 3), columns e1, e2, e3."""
+def rod_from_frames(points: Floats, frames: Floats) -> Floats:
+    """Return the state (n * 7,) of an undeformed rod at `points` (n, 3), m, with `frames` (n, 3, 3), columns e1, e2,
+    e3.
+    """
     return np.concatenate([points, quaternion(frames)], axis=1).ravel()
 
 
 def _tangents(X: Floats) -> Floats:
-    """Unit tangents (n, 3) of the polyline X (n, 3)."""
+    """Return unit tangents (n, 3) of the polyline X (n, 3)."""
     chords = np.diff(X, axis=0)
     size = np.linalg.norm(chords, axis=1, keepdims=True)
     if len(X) < 2 or not np.all(size > 0.0):
@@ -192,25 +200,26 @@ def _tangents(X: Floats) -> Floats:
 
 
 def displacement_at(x: Floats, rest: Floats, X: Floats, along: Callable[[Floats], Floats] | None = None) -> Floats:
-    """Displacements (m, 3), m, of material points X (m, 3) around a rod.
+    """Return displacements (m, 3), m, of material points X (m, 3) around a rod.
 
     u = x(s) + R(s) R_rest(s)^T (X - X(s)) - X, s the coordinate of X along the axis: positions linear between
     nodes, rotations on the geodesic, cross-sections rigid; points beyond an end follow that end rigidly.
-    `along` gives coordinates along the undeformed axis (k,), m, of points (k, 3); without it the axis is straight.
-    Raises ValueError where it is not.
+    `along` returns coordinates along the undeformed axis (k,), m, of points (k, 3); by default the axis must be
+    straight.
+    Raises ValueError if it is not.
     """
     start, now = rest.reshape(-1, 7), x.reshape(-1, 7)
-    s_nodes, s = _along(start[:, :3], X) if along is None else (along(start[:, :3]), along(X))
+    s_nodes, s = _axis_coordinates(start[:, :3], X) if along is None else (along(start[:, :3]), along(X))
     a = np.clip(np.searchsorted(s_nodes, s, side="right") - 1, 0, len(s_nodes) - 2)
     t = np.clip((s - s_nodes[a]) / (s_nodes[a + 1] - s_nodes[a]), 0.0, 1.0)
-    foot, Q = _interpolated(start, a, t)
-    y, q = _interpolated(now, a, t)
+    foot, Q = _interpolate_nodes(start, a, t)
+    y, q = _interpolate_nodes(now, a, t)
     turned = np.einsum("mki,mi->mk", rotation(product(q, conjugate(Q))), X - foot)
     return np.asarray(y + turned - X)
 
 
-def _along(nodes: Floats, X: Floats) -> tuple[Floats, Floats]:
-    """Coordinates along the straight axis of its nodes (n,) and of the points X (m,)."""
+def _axis_coordinates(nodes: Floats, X: Floats) -> tuple[Floats, Floats]:
+    """Return coordinates along the straight axis of its nodes (n,) and of the points X (m,)."""
     axis = nodes[-1] - nodes[0]
     length = np.linalg.norm(axis)
     e1 = axis / length
@@ -220,8 +229,8 @@ def _along(nodes: Floats, X: Floats) -> tuple[Floats, Floats]:
     return s, (X - nodes[0]) @ e1
 
 
-def _interpolated(nodes: Floats, a: Ints, t: Floats) -> tuple[Floats, Floats]:
-    """Positions (m, 3) and quaternions (m, 4) at the part t of the way from node a to the next."""
+def _interpolate_nodes(nodes: Floats, a: Ints, t: Floats) -> tuple[Floats, Floats]:
+    """Return positions (m, 3) and quaternions (m, 4) at the fraction t of the way from node a to the next."""
     ends = nodes[:, :3]
     position = (1 - t)[:, None] * ends[a] + t[:, None] * ends[a + 1]
-    return position, between(nodes[a, 3:], nodes[a + 1, 3:], t)
+    return position, interpolate_rotation(nodes[a, 3:], nodes[a + 1, 3:], t)

@@ -19,7 +19,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.local_blocks import RodElementEnergy, cross_matrix
-from softmark.solvers.energies.rod_kinematics import Segments, segments_of
+from softmark.solvers.energies.rod_kinematics import RodElements, cached_elements
 from softmark.solvers.energies.rod_state import lengths
 
 SHORT = 1e-12  # of a segment: what is shorter has no direction
@@ -52,20 +52,22 @@ class RodTendons(RodElementEnergy):
         arms, slopes, shares, tension = (np.concatenate(pair) for pair in zip(*both, strict=True))
         return RodTendons(self.rest, self.elements, arms, slopes, shares, tension)
 
-    def _ways(self, segments: Segments) -> tuple[Floats, Floats]:
+    def _directions(self, segments: RodElements) -> tuple[Floats, Floats]:
         """Return y (k, m, 3) and |y| (k, m)."""
-        y: Floats = (self._by @ segments.strains[:, :, None])[..., 0] + self.slopes
+        y: Floats = (self._direction_derivatives @ segments.strains[:, :, None])[..., 0] + self.slopes
         return y, np.maximum(np.sqrt(np.einsum("kmi,kmi->km", y, y)), SHORT)
 
     @cached_property
-    def _by(self) -> Floats:
+    def _direction_derivatives(self) -> Floats:
         """Derivative of y by Gamma and K (k, m, 3, 6): the unit matrix, and -[a]x."""
         unit = np.broadcast_to(np.eye(3), (*self.arms.shape, 3))
         return np.concatenate([unit, -cross_matrix(self.arms)], axis=3)
 
     def paths(self, x: Floats) -> Floats:
         """Return the lengths of the tendons (k,) in state x, m."""
-        found: Floats = (self.shares * self.lengths * self._ways(segments_of(x, self.elements, self.lengths))[1]).sum(1)
+        found: Floats = (
+            self.shares * self.lengths * self._directions(cached_elements(x, self.elements, self.lengths))[1]
+        ).sum(1)
         return found
 
     @cached_property
@@ -75,7 +77,7 @@ class RodTendons(RodElementEnergy):
 
     def nearest(self, x: Floats) -> Floats:
         """Return the smallest ratio of current to initial distance between neighbouring points of each tendon (k,)."""
-        now, then = (self._ways(segments_of(s, self.elements, self.lengths))[1] for s in (x, self.rest))
+        now, then = (self._directions(cached_elements(s, self.elements, self.lengths))[1] for s in (x, self.rest))
         found: Floats = np.where(self.shares > 0.0, now / then, np.inf).min(axis=1)
         return found
 
@@ -88,28 +90,28 @@ class RodTendons(RodElementEnergy):
         """Products T l c (k, m), N m."""
         return np.asarray(self.tension[:, None] * self.shares * self.lengths)
 
-    def _carried(self, segments: Segments) -> Floats:
+    def _carried(self, segments: RodElements) -> Floats:
         """Return l times the forces and moments that the tendons add in the middles of the elements (m, 6)."""
-        y, size = self._ways(segments)
+        y, size = self._directions(segments)
         pull = (self._weights / size)[:, :, None] * y
-        found: Floats = (pull[:, :, None] @ self._by)[:, :, 0].sum(axis=0)
+        found: Floats = (pull[:, :, None] @ self._direction_derivatives)[:, :, 0].sum(axis=0)
         return found
 
     def local_forces(self, x: Floats) -> Floats:
         """Return the gradient of each element (m, 12), N and N m."""
-        segments = segments_of(x, self.elements, self.lengths)
+        segments = cached_elements(x, self.elements, self.lengths)
         return segments.forces(self._carried(segments))
 
     def local_hessians(self, x: Floats) -> Floats:
         """Return the Hessian of each element (m, 12, 12): (1 - t t^T) / |y| of |y| by the strains, plus the strain
         curvature.
         """
-        segments = segments_of(x, self.elements, self.lengths)
-        y, size = self._ways(segments)
+        segments = cached_elements(x, self.elements, self.lengths)
+        y, size = self._directions(segments)
         t = y / size[:, :, None]
         across = np.eye(3) - t[..., :, None] * t[..., None, :]
         weight = (self._weights / size)[:, :, None, None]
-        D = (self._by.swapaxes(2, 3) @ (weight * (across @ self._by))).sum(axis=0)
+        D = (self._direction_derivatives.swapaxes(2, 3) @ (weight * (across @ self._direction_derivatives))).sum(axis=0)
         B = segments.gradients
         found: Floats = B.swapaxes(1, 2) @ D @ B
         return found + segments.hessians(self._carried(segments), np.zeros((len(self.lengths), 6)))

@@ -1,7 +1,7 @@
-"""Linear springs between points, and the stiffness that a network of them takes from a modulus.
+"""Linear springs between points, and the spring stiffnesses of a network that represents a given modulus.
 
-A network of central forces at rest obeys the Cauchy relation C1122 = C1212, whatever its springs: where it is isotropic
-its Poisson ratio is 1/4, and no choice of stiffness changes that (Love 1906, note B; Born and Huang 1954).
+A network of central forces at rest obeys the Cauchy relation C1122 = C1212 for any spring stiffnesses. So an isotropic
+network always has a Poisson ratio of 1/4 (Love 1906, note B; Born and Huang 1954).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from softmark.solvers.runtime.kernel_cache import maker
 
 @dataclass(frozen=True)
 class Springs(Energy):
-    """sum over springs of k/2 (l - l0)^2 with l = |D + u_b - u_a| and l0 = |D|.
+    """Spring energy: sum over springs of k/2 (l - l0)^2 with l = |D + u_b - u_a| and l0 = |D|.
 
-    `edges` (n, 2) are the two nodes a, b of each, `D` (n, 3) the way from a to b at rest in m, `k` (n,) in N/m; the
+    `edges` (n, 2) are the two nodes a, b of each, `D` (n, 3) the vector from a to b at rest in m, `k` (n,) in N/m; the
     state x is the displacement (3 nodes,).
     """
 
@@ -40,18 +40,18 @@ class Springs(Energy):
         return (3 * self.edges[:, :, None] + np.arange(3)).reshape(len(self.edges), 6)
 
     def lengths(self, x: Floats) -> Floats:
-        """Present lengths (n,), m."""
+        """Return the current lengths (n,), m."""
         u = x.reshape(-1, 3)
         found: Floats = np.linalg.norm(self.D + u[self.edges[:, 1]] - u[self.edges[:, 0]], axis=1)
         return found
 
     @cached_property
     def _stiffest(self) -> Floats:
-        """The stiffnesses that meet at each node, added up (nodes,), N/m."""
+        """Sum of the stiffnesses that meet at each node (nodes,), N/m."""
         return np.bincount(self.edges.ravel(), np.repeat(self.k, 2)).astype(float)
 
     def rounding(self, x: Floats) -> float:
-        """eps times the force that a stretch by the largest length or displacement would cause, N."""
+        """Return machine epsilon times the force caused by a stretch of the largest length or displacement, N."""
         largest = max(float(self.l0.max(initial=0.0)), float(np.abs(x).max(initial=0.0)))
         return float(np.finfo(np.float64).eps * largest * np.linalg.norm(self._stiffest))
 
@@ -60,26 +60,26 @@ class Springs(Energy):
         return float(0.5 * self.k @ (self.lengths(x) - self.l0) ** 2)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Nodal forces, N: k (l - l0) n on b, its opposite on a, with n the direction from a to b."""
+        """Add nodal forces, N: k (l - l0) n on b, its opposite on a, with n the direction from a to b."""
         u = np.ascontiguousarray(x).reshape(-1, 3)
         add_spring_forces(u, self.edges, self.D, self.l0, self.k, scale, g.reshape(-1, 3))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """k n n^T + k (1 - l0/l) (I - n n^T), N/m; its second part is negative in a compressed spring.
+        """Add k n n^T + k (1 - l0/l) (I - n n^T), N/m; the second part is negative in a compressed spring.
 
-        `projected` leaves that part out where it is negative: what remains has no negative eigenvalue.
+        `projected` omits that part where it is negative, so that no negative eigenvalue remains.
         """
         u = np.ascontiguousarray(x).reshape(-1, 3)
         add_spring_stiffness(u, self.edges, self.D, self.l0, self.k, scale, projected, slots, data)
 
 
 def stiffness_from_modulus(young: float, weight: Floats, l0: Floats) -> Floats:
-    """k (n,) = E W / l0^2 in N/m; W (n,) m^3 is the volume of the cells around a spring, each times its share.
+    """Return k (n,) = E W / l0^2 in N/m; W (n,) m^3 is the volume of the cells around a spring, each times its share.
 
     With a share of 1 this is the rule of Van Gelder (1998, J. Graphics Tools 3(2):21) for tetrahedra. A tetrahedron
     has six edges, so the sum of k l0^2 is 6 E V; a homogeneously strained network whose springs point equally in all
     directions then has lambda = mu = sum(k l0^2) / 15 V = 2E/5, which is Young's modulus E at nu = 1/4. The factor of
-    the paper is therefore right where it is averaged over directions, and not cell by cell.
+    the paper is therefore right as an average over directions, and not cell by cell.
     """
     stiffness: Floats = young * weight / l0**2
     return stiffness
@@ -87,7 +87,7 @@ def stiffness_from_modulus(young: float, weight: Floats, l0: Floats) -> Floats:
 
 @maker
 def add_spring_forces(u: Floats, edges: Ints, D: Floats, l0: Floats, k: Floats, scale: float, g: Floats) -> None:
-    """g (nodes, 3) += scale k (l - l0) n at the second end, minus that at the first; none where l = 0."""
+    """Add g (nodes, 3) += scale k (l - l0) n at the second end, minus that at the first; no force if l = 0."""
     d = np.empty(3)
     for s in range(edges.shape[0]):
         a, b = edges[s, 0], edges[s, 1]
@@ -114,9 +114,9 @@ def add_spring_stiffness(
     slots: Ints,
     data: Floats,
 ) -> None:
-    """data[slots] += scale [[H, -H], [-H, H]] with H = k n n^T + k c (I - n n^T), c = 1 - l0/l, or max(c, 0).
+    """Add data[slots] += scale [[H, -H], [-H, H]] with H = k n n^T + k c (I - n n^T), c = 1 - l0/l, or max(c, 0).
 
-    A spring whose ends meet has no direction; it is left out.
+    A spring of zero current length has no direction and is skipped.
     """
     d = np.empty(3)
     for s in range(edges.shape[0]):

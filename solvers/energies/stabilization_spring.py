@@ -1,4 +1,4 @@
-"""A spring that keeps a body to a place until what it touches holds it, and then bears nothing."""
+"""Stabilisation spring of a free body: it holds the body until contact does, and carries no force at convergence."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from softmark.solvers.energies.local_blocks import add_blocks
 
 
 @dataclass(frozen=True)
-class Ground(Energy):
-    """E = k/2 sum_i w_i |u_i - a_i|^2 over nodes with `shares` w (n,) of the body, which add up to 1; k in N/m.
+class StabilizationSpring(Energy):
+    """Stabilisation spring: E = k/2 sum_i w_i |u_i - a_i|^2 over nodes with weights `shares` w (n,) that sum to 1; k in
+    N/m.
 
-    `place` a (dofs,), m, is where it keeps them. An equilibrium in which a is what u comes to is one without it: the
+    `place` a (dofs,), m, is the anchor position. An equilibrium with u = a is also an equilibrium without the spring;
+    the
     proximal point method (Martinet 1970; Rockafellar 1976) moves a there.
     """
 
@@ -33,27 +35,27 @@ class Ground(Energy):
         return np.arange(3 * len(self.shares)).reshape(-1, 3)
 
     @property
-    def gone(self) -> Ground:
-        """One that bears nothing wherever it is."""
+    def gone(self) -> StabilizationSpring:
+        """Return a spring of zero stiffness, which carries no force."""
         return replace(self, spring=0.0)
 
     def forces(self, x: Floats) -> Floats:
-        """What it takes to keep the spring as it is (n, 3), N."""
+        """Return the forces that deform the spring (n, 3), N."""
         found: Floats = self.spring * self.shares[:, None] * (x - self.place)[self.stencils]
         return found
 
     def value(self, x: Floats) -> float:
-        """What it stores, J."""
+        """Return the stored energy, J."""
         return 0.5 * float(np.vdot((x - self.place)[self.stencils], self.forces(x)))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus what it does to the nodes, N."""
+        """Add the forces that deform the spring, N."""
         g[: self.stencils.size] += scale * self.forces(x).ravel()
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The same in every state."""
+        """Add the stiffness, which is constant."""
         add_blocks(scale * self.spring * self.shares[:, None, None] * np.eye(3), slots, data)
 
     def rounding(self, x: Floats) -> float:
-        """What the last digits of displacements leave, N."""
+        """Return the rounding error of the forces due to the last digits of displacements, N."""
         return float(np.finfo(np.float64).eps * np.linalg.norm(self.spring * self.shares)) * float(np.abs(x).max())

@@ -1,8 +1,8 @@
-"""What the points of cells remember of their past, and the energy of their next step.
+"""History variables of relaxing materials, and the energy of their next time step.
 
-A memory is arrays beside an elastic energy over cells; it is never changed. `over(h)` is the energy of a step of h
-seconds, `accepted(x, h)` the memory after it: whoever marches keeps one for each energy, and takes the next once a step
-is accepted.
+A history is a set of arrays attached to an elastic energy over cells; it is immutable. `over(h)` returns the energy of
+a step of h seconds, `accepted(x, h)` the history after it. A time integrator keeps one history for each energy, and
+replaces it once a step is accepted.
 """
 
 from __future__ import annotations
@@ -24,21 +24,27 @@ LINEAR = (
 PANELS, POINTS, FEW, SHORT = (1.0, 4.0, 16.0), 5, 2, 0.05  # times of relaxation; points in each; in a step so short
 
 
-class Springs(Protocol):
-    """Springs of a law of C (n, 3, 3), q (n, 3, 3), Pa, being lost of them; whether C `keeps` its volume."""
+class BranchSprings(Protocol):
+    """Energy of the springs of Maxwell branches, for C (n, 3, 3) and relaxed stress q (n, 3, 3), Pa.
+
+    `keeps` is True if only the isochoric part of C counts.
+    """
 
     @property
     def keeps(self) -> bool: ...
 
     def stored(self, C: Floats, q: Floats) -> Floats:
-        """The energy per share (n,), J/m^3."""
+        """Return the stored energy per unit branch share (n,), J/m^3."""
 
     def rate(self, C: Floats, q: Floats) -> Floats:
-        """tau times what is dissipated per share (n,), J/m^3."""
+        """Return tau times the dissipation per unit branch share (n,), J/m^3."""
 
 
-class Fading(Protocol):
-    """A stress that relaxes: shares `g` (k,) of it in times `tau` (k,), s; linear in its strain without `springs`."""
+class RelaxationSeries(Protocol):
+    """Interface of a Prony series: shares `g` (k,) of a stress relax in times `tau` (k,), s.
+
+    If `springs` is None the stress is linear in its strain.
+    """
 
     @property
     def g(self) -> Floats: ...
@@ -47,26 +53,26 @@ class Fading(Protocol):
     @property
     def mu(self) -> float: ...
     @property
-    def springs(self) -> Springs | None: ...
+    def springs(self) -> BranchSprings | None: ...
 
     def compliant(self, S: Floats) -> Floats:
-        """S : C^-1 : S (...), J/m^3, of stresses (..., 3, 3) by the moduli at rest."""
+        """Return S : C^-1 : S (...), J/m^3, of stresses (..., 3, 3), with the moduli at rest."""
 
     def stress(self, F: Floats) -> Floats:
-        """The stress of what relaxes that works with its strain, Pa (n, 3, 3)."""
+        """Return the relaxing stress that is work-conjugate to `strain`, Pa (n, 3, 3)."""
 
     def energy(self, F: Floats) -> Floats:
-        """Its energy, J/m^3 (n,)."""
+        """Return the energy of the relaxing stress, J/m^3 (n,)."""
 
     def strain(self, F: Floats) -> Floats:
-        """The strain that works with it (n, 3, 3)."""
+        """Return the strain that is work-conjugate to `stress` (n, 3, 3)."""
 
     def relaxed(self, whole: Any, decay: Floats, mean: Floats, H: Floats, S: Floats, shape: Any) -> Any:
-        """The law of a step over which exp(-s/tau) falls to `decay` (k,), and is `mean` (k,)."""
+        """Return the law of a step over which exp(-s/tau) falls to `decay` (k,) and has the mean `mean` (k,)."""
 
 
-class Fades(ABC):
-    """A memory of an energy: at points of cells (`Memory`), in elements of a rod or in pores."""
+class EnergyHistory(ABC):
+    """History of an energy: at points of cells (`ViscoelasticHistory`), in elements of a rod, or of pore fluid."""
 
     energy: Any  # what it has before anything relaxes
     worked: float | None = None  # J, by what it is the memory of, where it counts that itself
@@ -78,13 +84,13 @@ class Fades(ABC):
         """The energy of a step of h s from here: of its end."""
 
     @abstractmethod
-    def accepted(self, x: Floats, h: float) -> Fades:
+    def accepted(self, x: Floats, h: float) -> EnergyHistory:
         """The memory after a step of h s that ends in the state x."""
 
     @property
     @abstractmethod
     def stored(self) -> float:
-        """What branches store less what the energy at once has in their place, J."""
+        """Energy stored in the branches minus their share of the instantaneous elastic energy, J."""
 
     @property
     @abstractmethod
@@ -92,8 +98,8 @@ class Fades(ABC):
         """Since the start, J."""
 
 
-def fading(h: float, tau: Floats) -> tuple[Floats, Floats, Floats]:
-    """exp(-z), its mean over a step of h s, 1 where that takes no time, and z - 2 tanh(z/2), z = h / tau (k,)."""
+def decay_factors(h: float, tau: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return exp(-z), its mean over a step of h s (1 if h = 0), and z - 2 tanh(z/2), with z = h / tau (k,)."""
     z = h / tau
     mean = -np.expm1(-z) / np.where(z > 0.0, z, 1.0) if h > 0.0 else np.ones_like(z)
     left = np.where(z > CANCELS, z - 2.0 * np.tanh(0.5 * z), z**3 * (1.0 - z * z / 10.0) / 12.0)
@@ -101,16 +107,16 @@ def fading(h: float, tau: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 @dataclass(frozen=True, eq=False)
-class Memory(Fades):
-    """What the points of an elastic `energy` over cells remember.
+class ViscoelasticHistory(EnergyHistory):
+    """Viscoelastic history at the integration points of an elastic `energy`.
 
-    Of the end of the last step: the stress S (n, 3, 3) and the energy W (n,) of what relaxes, the strain E, and the
-    stresses H (k, n, 3, 3) of the branches, Pa; `springs` (n,) is what these store, `lost` (n,) what is dissipated,
-    J/m^3.
+    At the end of the last step: stress S (n, 3, 3) and energy W (n,) of the relaxing part, strain E, and branch
+    stresses
+    H (k, n, 3, 3), Pa. `springs` (n,) is the energy stored in the branches, `lost` (n,) the dissipated energy, J/m^3.
     """
 
     energy: Any
-    series: Fading
+    series: RelaxationSeries
     S: Floats
     W: Floats
     E: Floats
@@ -120,7 +126,7 @@ class Memory(Fades):
     unknown: bool = False  # whether what is stored or lost was not found somewhere
 
     @classmethod
-    def at_rest(cls, energy: Any, series: Fading) -> Memory:
+    def at_rest(cls, energy: Any, series: RelaxationSeries) -> ViscoelasticHistory:
         """That of what has always been at rest."""
         n, k = energy.w.size, len(series.g)
         none, each = np.zeros((n, 3, 3)), np.zeros(n)
@@ -128,14 +134,14 @@ class Memory(Fades):
 
     def over(self, h: float) -> Energy:
         """The energy of a step of h s from here: of its end."""
-        decay, mean, _ = fading(h, self.series.tau)
+        decay, mean, _ = decay_factors(h, self.series.tau)
         law = self.series.relaxed(self.energy.law, decay, mean, self.H, self.S, self.energy.w.shape)
         made: Energy = replace(self.energy, law=law)
         return made
 
-    def accepted(self, x: Floats, h: float) -> Memory:
+    def accepted(self, x: Floats, h: float) -> ViscoelasticHistory:
         """The memory after a step of h s that ends in the state x."""
-        known, (decay, mean, _) = self.series, fading(h, self.series.tau)
+        known, (decay, mean, _) = self.series, decay_factors(h, self.series.tau)
         F = self.energy.F(x)
         S, W, E = known.stress(F), known.energy(F), known.strain(F)
         grown = np.einsum("k,nij->knij", known.g * mean, S - self.S)
@@ -149,10 +155,12 @@ class Memory(Fades):
             lost = self._loss(known.springs, S, E, h)
         open_ = np.isnan(springs) | np.isnan(lost)
         springs, lost = np.where(open_, self.springs, springs), np.where(open_, 0.0, lost)
-        return Memory(self.energy, known, S, W, E, H, springs, self.lost + lost, self.unknown or bool(open_.any()))
+        return ViscoelasticHistory(
+            self.energy, known, S, W, E, H, springs, self.lost + lost, self.unknown or bool(open_.any())
+        )
 
     def _springs(self, H: Floats, S: Floats, E: Floats) -> Floats:
-        """What the branches store (n,), J/m^3: H : C^-1 : H / 2g where stress is linear in strain, or small."""
+        """Return the branch energy (n,), J/m^3: H : C^-1 : H / 2g if stress is linear in strain, or small."""
         known = self.series
         small: Floats = 0.5 * np.einsum("kn,k->n", known.compliant(H), 1.0 / known.g)
         if known.springs is None:
@@ -163,13 +171,13 @@ class Memory(Fades):
         return np.where(np.abs(S).max(axis=(1, 2)) < LINEAR * known.mu, small, total)
 
     def _linear_loss(self, S: Floats, h: float) -> Floats:
-        """int sum_i H : C^-1 : H / (g tau) dt over a step (n,), J/m^3, never negative: exact, H = A exp(-s/tau) + B."""
+        """Return int sum_i H : C^-1 : H / (g tau) dt over a step (n,), J/m^3 >= 0; exact, since H = A exp(-s/tau) + B."""
         known = self.series
         total = np.zeros(len(S))
         if h <= 0.0:
             return total
         rate = (S - self.S) / h
-        for g, tau, left, H in zip(known.g, known.tau, fading(h, known.tau)[2], self.H, strict=True):
+        for g, tau, left, H in zip(known.g, known.tau, decay_factors(h, known.tau)[2], self.H, strict=True):
             z, B = h / tau, g * tau * rate
             a, half = -0.5 * tau * np.expm1(-2.0 * z), np.tanh(0.5 * z)
             # int |A e + B|^2 = a |A|^2 + 2 b A.B + h |B|^2, with A = H - B and b = -tau expm1(-z): a square in H and
@@ -177,18 +185,18 @@ class Memory(Fades):
             total += (a * known.compliant(H + half * B) + tau * left * known.compliant(B)) / (g * tau)
         return total
 
-    def _loss(self, springs: Springs, S: Floats, E: Floats, h: float) -> Floats:
-        """The same of a law whose springs are known: by Gauss's rule, in panels that grow with tau.
+    def _loss(self, springs: BranchSprings, S: Floats, E: Floats, h: float) -> Floats:
+        """Return the dissipation of a step for a law with known `springs`, by Gauss quadrature in panels that grow with
+        tau.
 
-        S goes along a straight line in time, as stresses of branches take it; and so does the strain, C being scaled
-        where it keeps its volume.
+        S and the strain vary linearly in time, as the branch stresses assume; C is scaled if its volume is kept.
         """
         known, total = self.series, np.zeros(len(S))
         if h <= 0.0:
             return total
         for g, tau, H in zip(known.g, known.tau, self.H, strict=True):
             B = tau * (S - self.S) / h
-            for t, w in _places(h, tau):
+            for t, w in _panel_quadrature(h, tau):
                 now, left = t / h, np.exp(-t / tau)
                 C = np.eye(3) + 2.0 * (self.E + now * (E - self.E))
                 if springs.keeps:
@@ -199,7 +207,7 @@ class Memory(Fades):
 
     @property
     def stored(self) -> float:
-        """What branches store less what the law at once has in their place, J: to be added to its energy."""
+        """Branch energy minus its share of the instantaneous law's energy, J: to be added to the elastic energy."""
         return float((self.springs - self.series.g.sum() * self.W) @ self.energy.w.ravel())
 
     @property
@@ -208,8 +216,8 @@ class Memory(Fades):
         return float(self.lost @ self.energy.w.ravel())
 
 
-def _places(h: float, tau: float) -> list[tuple[float, float]]:
-    """Times and weights, s, at which what fades in tau is integrated over a step of h s."""
+def _panel_quadrature(h: float, tau: float) -> list[tuple[float, float]]:
+    """Return times and weights, s, of the quadrature of a function decaying with tau over a step of h s."""
     cuts = [0.0, *(edge * tau for edge in PANELS if edge * tau < h), h]
     xi, w = np.polynomial.legendre.leggauss(POINTS if h > SHORT * tau else FEW)
     return [
@@ -220,26 +228,26 @@ def _places(h: float, tau: float) -> list[tuple[float, float]]:
 
 
 @dataclass(frozen=True, eq=False)
-class Memories:
-    """Those of a body: of `each` of its internal energies the memory, or the energy itself where it has none."""
+class BodyHistory:
+    """Histories of a body: `each` holds, for each internal energy, its history, or the energy itself if it has none."""
 
-    each: tuple[Fades | Energy, ...]
+    each: tuple[EnergyHistory | Energy, ...]
 
     @property
     def energies(self) -> tuple[Energy, ...]:
-        """Those that it has before anything relaxes."""
-        return tuple(own.energy if isinstance(own, Fades) else own for own in self.each)
+        """Instantaneous energies, before any relaxation."""
+        return tuple(own.energy if isinstance(own, EnergyHistory) else own for own in self.each)
 
     def over(self, h: float) -> tuple[Energy, ...]:
-        """Those of a step of h s from here."""
-        return tuple(own.over(h) if isinstance(own, Fades) else own for own in self.each)
+        """Return the energies of a step of h s from here."""
+        return tuple(own.over(h) if isinstance(own, EnergyHistory) else own for own in self.each)
 
-    def accepted(self, x: Floats, h: float) -> Memories:
-        """The same after a step of h s that ends in the state x."""
-        return Memories(tuple(own.accepted(x, h) if isinstance(own, Fades) else own for own in self.each))
+    def accepted(self, x: Floats, h: float) -> BodyHistory:
+        """Return the histories after a step of h s that ends in state x."""
+        return BodyHistory(tuple(own.accepted(x, h) if isinstance(own, EnergyHistory) else own for own in self.each))
 
     def stored(self, x: Floats) -> float:
-        """Energy of all springs in the state x that the memories are of, J."""
+        """Return the energy of all springs in state x, J; the histories must be of that state."""
         return float(sum(e.value(x) for e in self.energies)) + sum(memory.stored for memory in self._fading)
 
     @property
@@ -249,25 +257,25 @@ class Memories:
 
     @property
     def unknown(self) -> bool:
-        """Whether what is stored or dissipated was not found somewhere."""
+        """True if the stored or dissipated energy could not be computed at some point."""
         return any(own.unknown for own in self._fading)
 
     @property
     def pumped(self) -> float:
-        """Since the start, by pressures of fluid that are held, J."""
+        """Work done since the start by prescribed pore pressures, J."""
         return sum(memory.pumped for memory in self._fading)
 
     @property
     def worked(self) -> float | None:
-        """Of what is inside, J, where each of its memories counts that itself."""
+        """Work of the internal forces, J, or None unless every history counts its own."""
         each = [own.worked for own in self._fading if own.worked is not None]
         return float(sum(each)) if len(each) == len(self.each) else None
 
     @property
-    def _fading(self) -> tuple[Fades, ...]:
-        return tuple(own for own in self.each if isinstance(own, Fades))
+    def _fading(self) -> tuple[EnergyHistory, ...]:
+        return tuple(own for own in self.each if isinstance(own, EnergyHistory))
 
 
-def fall_of(lost: Floats) -> float:
-    """How much of what is dissipated up to each of some times (t,), J, comes back at most."""
+def largest_decrease(lost: Floats) -> float:
+    """Return the largest decrease of the dissipated energy below an earlier value, J; `lost` (t,) is its time history."""
     return float((np.maximum.accumulate(lost) - lost).max(initial=0.0))

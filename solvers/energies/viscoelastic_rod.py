@@ -1,9 +1,8 @@
-"""What the elements of a rod remember of their past: forces and moments that relax, each mode by terms of its own.
+"""Viscoelastic history of rod elements: forces and moments relax, each strain mode by its own Prony series.
 
-As of solids (viscoelastic_memory.py), with the six strains of an element in place of those of a point: over a step the
-part of term i goes from H to exp(-h/tau) H + g f(h/tau) C (eps - eps_n), exact where strains grow in proportion to
-time. What
-its springs store and what is dissipated is exact, for forces are linear in strains.
+As for solids (viscoelastic_memory.py), with the six strains of an element instead of those of a point. Over a step the
+part of term i changes from H to exp(-h/tau) H + g f(h/tau) C (eps - eps_n), exact if strains grow linearly in time.
+Stored and dissipated energy are exact, because forces are linear in strains.
 """
 
 from __future__ import annotations
@@ -17,22 +16,22 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.rod_section import VaryingStiffness
-from softmark.solvers.energies.viscoelastic_memory import Fades, fading
+from softmark.solvers.energies.viscoelastic_memory import EnergyHistory, decay_factors
 
 if TYPE_CHECKING:
-    from softmark.solvers.energies.incremental_rotation.moving_rods import TurningRod
+    from softmark.solvers.energies.incremental_rotation.moving_rods import MovingRod
 
 
 @dataclass(frozen=True, eq=False)
-class RodMemory(Fades):
-    """What the elements of a rod remember: `energy` is elastic, or that over the unknowns of a chart.
+class RodHistory(EnergyHistory):
+    """Viscoelastic history of rod elements; `energy` is a `RodElastic`, or its form over the unknowns of a chart.
 
-    Shares `g` (k, 6) of each mode relax in `tau` (k,), s. Of the end of the last step: strains E (n, 6), forces and
-    moments of the terms H (k, n, 6) and all in all N (n, 6); `worked` is the work of all of them, and `lost` what is
-    dissipated, J.
+    Shares `g` (k, 6) of each mode relax in `tau` (k,), s. At the end of the last step: strains E (n, 6), forces and
+    moments of the terms H (k, n, 6) and in total N (n, 6). `worked` is the total work, and `lost` the dissipated
+    energy, J.
     """
 
-    energy: RodElastic | TurningRod
+    energy: RodElastic | MovingRod
     g: Floats
     tau: Floats
     E: Floats
@@ -42,7 +41,7 @@ class RodMemory(Fades):
     lost: float = 0.0
 
     @classmethod
-    def at_rest(cls, energy: RodElastic | TurningRod, g: Floats, tau: Floats) -> RodMemory:
+    def at_rest(cls, energy: RodElastic | MovingRod, g: Floats, tau: Floats) -> RodHistory:
         """That of what has always been at rest."""
         none = np.zeros((len(_rod(energy).elements), 6))
         return cls(energy, g, tau, none, np.zeros((len(tau), *none.shape)), none)
@@ -55,16 +54,16 @@ class RodMemory(Fades):
         return other if isinstance(energy, RodElastic) else replace(energy, elastic=other)
 
     def _held(self, h: float) -> tuple[Floats, Floats]:
-        """Forces that the past has left, and stiffnesses, at the end of a step of h s (n, 6)."""
+        """Return the remaining forces of the past and the stiffnesses at the end of a step of h s, each (n, 6)."""
         C = self._C
-        decay, mean, _ = fading(h, self.tau)
+        decay, mean, _ = decay_factors(h, self.tau)
         grown = self.g * mean[:, None]
         held: Floats = np.einsum("k,knc->nc", decay, self.H) - grown.sum(axis=0) * C * self.E
         return held, C * (1.0 - self.g.sum(axis=0) + grown.sum(axis=0))
 
-    def accepted(self, x: Floats, h: float) -> RodMemory:
+    def accepted(self, x: Floats, h: float) -> RodHistory:
         """The memory after a step of h s that ends in the state x."""
-        E, C, (decay, mean, _) = self._strains(x), self._C, fading(h, self.tau)
+        E, C, (decay, mean, _) = self._strains(x), self._C, decay_factors(h, self.tau)
         way = E - self.E
         H = decay[:, None, None] * self.H + (self.g * mean[:, None])[:, None] * (C * way)
         N = (1.0 - self.g.sum(axis=0)) * C * E + H.sum(axis=0)
@@ -72,11 +71,11 @@ class RodMemory(Fades):
         return replace(self, E=E, H=H, N=N, worked=worked, lost=self.lost + self._loss(way, h))
 
     def _loss(self, way: Floats, h: float) -> float:
-        """int sum H^2 / (g C tau) dt over a step, J, never negative: exact, H = A exp(-s/tau) + B."""
+        """Return int sum H^2 / (g C tau) dt over a step, J >= 0; exact, since H = A exp(-s/tau) + B."""
         if h <= 0.0:
             return 0.0
         total, C = np.zeros(way.shape), self._C
-        for g, tau, left, H in zip(self.g, self.tau, fading(h, self.tau)[2], self.H, strict=True):
+        for g, tau, left, H in zip(self.g, self.tau, decay_factors(h, self.tau)[2], self.H, strict=True):
             z, some = h / tau, g > 0.0
             B = g * tau * C * way / h
             a, half = -0.5 * tau * np.expm1(-2.0 * z), np.tanh(0.5 * z)
@@ -86,7 +85,7 @@ class RodMemory(Fades):
 
     @property
     def stored(self) -> float:
-        """What the springs of the terms store less what the rod at once has in their place, J."""
+        """Energy stored in the terms minus their share of the instantaneous rod energy, J."""
         some, C = self.g > 0.0, self._C
         own = (np.where(some[:, None], self.H**2, 0.0) / (np.where(some, self.g, 1.0)[:, None] * C)).sum(axis=0)
         return 0.5 * float(self._l @ (own - self.g.sum(axis=0) * C * self.E**2).sum(axis=1))
@@ -102,7 +101,7 @@ class RodMemory(Fades):
 
     @property
     def _C(self) -> Floats:
-        """Of each element (n, 6)."""
+        """Stiffnesses of each element (n, 6)."""
         rod = _rod(self.energy)
         return np.broadcast_to(rod.stiffness.diagonal, (len(rod.elements), 6))
 

@@ -1,1 +1,1 @@
-"""Forces of a solution found once more, by formulas that share nothing with those that solved."""
+"""Forces of a computed solution, evaluated again by formulas and code that share nothing with the solvers."""

@@ -1,6 +1,6 @@
-"""What rubs between surfaces that both deform, found once more: pressures from distances, springs of what sticks.
+"""Independent forces of contact and friction between two deformable surfaces: barrier pressures and friction springs.
 
-Distances by Gram's matrix, the law of the barrier and the way of forces to corners by formulas of their own.
+Distances use Gram's matrix; the barrier law and the distribution of forces to corners have formulas of their own.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SAME = 1e-9  # of a distance: faces that are as near but for rounding, of which 
 
 
 def near(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
-    """Pairs (c, 2) of points p (s, d) and faces (t, k) of corners x (v, d) that may be within a reach, m."""
+    """Return pairs (c, 2) of points p (s, d) and faces (t, k) of corners x (v, d) that may be within a reach, m."""
     middle = x[faces].mean(axis=1)
     size = float(np.linalg.norm(x[faces] - middle[:, None], axis=2).max(initial=0.0))
     each = cKDTree(middle).query_ball_point(p, reach + size)
@@ -31,7 +31,7 @@ def near(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
 
 
 def feet(p: Floats, t: Floats) -> Floats:
-    """The points (c, d) of simplices t (c, k, d) that are nearest to p (c, d): of the whole, or of what bounds it."""
+    """Return the points (c, d) of simplices t (c, k, d) that are nearest to p (c, d), inside or on their boundary."""
     k = t.shape[1]
     if k == 1:
         return t[:, 0]
@@ -50,14 +50,16 @@ def feet(p: Floats, t: Floats) -> Floats:
 
 
 def law(far: Floats, distance: float, stiffness: float) -> Floats:
-    """The pressure of the barrier, Pa, at distances (c,), m: nothing beyond its own."""
+    """Return the pressure of the barrier, Pa, at distances (c,), m; zero beyond the barrier's `distance`."""
     s = np.minimum(far / distance, 1.0)
     found: Floats = stiffness * (2.0 * (1.0 - s**2) ** 2 / s - 8.0 * (1.0 - s**2) * s * np.log(s))
     return found
 
 
 def pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, stiffness: float) -> Floats:
-    """Return the pressures on points p (s, d), Pa, of all faces in pairs (c, 2), less shared sides and corners."""
+    """Return the pressures on points p (s, d), Pa, from all faces in pairs (c, 2), without double counting at sides and
+    corners.
+    """
     return pressed(p, x, faces, pairs, np.ones(len(p)), distance, stiffness)[0]
 
 
@@ -66,7 +68,7 @@ def pressed(
 ) -> tuple[Floats, Floats]:
     """Return the forces on points p (s, d) with areas A (s,), m^2, and the reactions on corners x (v, d), N.
 
-    They are sums over all faces in pairs (c, 2), less those of shared sides and corners (Li et al. 2023, section 4).
+    They are sums over all faces in pairs (c, 2), minus those of shared sides and corners (Li et al. 2023, section 4).
     """
     found, back = np.zeros_like(p), np.zeros_like(x)
     for of, corners, count in _counted(len(x), faces, pairs):
@@ -82,7 +84,8 @@ def pressed(
 
 
 def _counted(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]:
-    """Points (c,), corners (c, k) of simplices of v corners, and how often each counts (c,): faces, sides, corners."""
+    """Yield points (c,), corners (c, k) of simplices of v corners, and their multiplicity (c,): faces, sides, corners.
+    """
     k = faces.shape[1]
     corners = faces[pairs[:, 1]]
     yield pairs[:, 0], corners, np.ones(len(pairs))
@@ -101,7 +104,7 @@ def _counted(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]
 
 
 def shares(foot: Floats, t: Floats) -> Floats:
-    """Barycentric coordinates (c, k) of points (c, d) in simplices t (c, k, d)."""
+    """Return the barycentric coordinates (c, k) of points (c, d) in simplices t (c, k, d)."""
     if t.shape[1] == 1:
         return np.ones((len(t), 1))
     sides = t[:, 1:] - t[:, :1]
@@ -111,10 +114,11 @@ def shares(foot: Floats, t: Floats) -> Floats:
 
 
 def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats) -> tuple[Floats, Floats]:
-    """Forces on points p (s, d) and corners x (v, d), N, of springs that pull (s, d), N, by no more than `most` (s,).
+    """Return friction forces on points p (s, d) and corners x (v, d), N, from springs with forces `pull` limited to
+    `most` (s,).
 
-    Each acts on the nearest face, where it is, and turns nothing: forces along the gap r at its corners c, sum c = 0,
-    sum c x = f but for r, have the moment that f has over r.
+    Each acts on the nearest face at its position, without a net moment: forces along the gap r at its corners c, sum c
+    = 0, sum c x = f except for r, have the moment of f about r.
     """
     size = np.linalg.norm(pull, axis=1)
     f = -pull * np.minimum(1.0, most / np.maximum(size, LEAST))[:, None]
@@ -140,7 +144,7 @@ def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: F
 
 
 def normals(t: Floats) -> Floats:
-    """Of faces t (c, d, d): (c, d)."""
+    """Return the normals (c, d) of faces t (c, d, d)."""
     a = t[:, 1] - t[:, 0]
     n = np.cross(a, t[:, 2] - t[:, 0]) if t.shape[1] == 3 else a[:, ::-1] * (1.0, -1.0)
     found: Floats = n / np.sqrt((n**2).sum(axis=1))[:, None]
@@ -148,7 +152,8 @@ def normals(t: Floats) -> Floats:
 
 
 def _ranks(r: Floats, t: Floats) -> Floats:
-    """What is least for the face that rubs: the distance (c,), and where it is the same how the face looks."""
+    """Return the key that selects the face for friction: the distance (c,), and the orientation among equal distances.
+    """
     far = np.sqrt((r**2).sum(axis=1))
     looks = np.abs((r * normals(t)).sum(axis=1)) / np.maximum(far, LEAST)
     found: Floats = far * (1.0 + ALIKE * (1.0 - looks))

@@ -1,7 +1,7 @@
-"""Stress of materials that know directions, by differences of their energy density in axes that are found again.
+"""Independent stress of anisotropic materials: differences of the energy density in independently computed axes.
 
-Directions are those of the check's own rules; muscle's tension is S = T f (x) f, and its shortening is carried out by
-eigenvalues.
+Directions are evaluated by the check's own quadrature; active muscle tension is S = T f (x) f, and active shortening is
+evaluated by eigenvalues.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ EYE = np.eye(3)
 
 
 def energy_of(material: Any, axes: Floats, bulk: float | None) -> Scalar:
-    """psi of F (n, 3, 3), Pa, with the axes of a material (n, 3, 3) or (1, 3, 3), rows f, s and n, and K in Pa."""
+    """Return psi of F (n, 3, 3), Pa, with a material's axes (n, 3, 3) or (1, 3, 3), rows f, s and n, and K in Pa."""
     f, s = (axes[:, i] for i in (0, 1))
     columns = (*f.T, *s.T) if len(axes) > 1 else (*map(float, f[0]), *map(float, s[0]))
     new: dict[str, Any] = {"fibres": Frame(*columns), "bulk": bulk or None}
@@ -42,7 +42,9 @@ def energy_of(material: Any, axes: Floats, bulk: float | None) -> Scalar:
 
 
 def pull_of(tension: Floats, f: Floats) -> Stress:
-    """What muscle of tensions (n,) adds to P of F (n, 3, 3), along fibres f (n, 3), of any length: F T f (x) f."""
+    """Return the active stress that muscle tensions (n,) add to P of F (n, 3, 3), fibres f (n, 3) of any length: F T f
+    (x) f.
+    """
     unit = f / np.linalg.norm(f, axis=1, keepdims=True)
     S = tension[:, None, None] * unit[:, :, None] * unit[:, None, :]
     return lambda F: F @ S
@@ -51,7 +53,7 @@ def pull_of(tension: Floats, f: Floats) -> Stress:
 def shortened(psi: Scalar, s: Floats, f: Floats) -> Scalar:
     """Return the energy density of muscle, Pa, as a function of F (n, 3, 3), with active shortening along fibres.
 
-    `f` (n, 3) are fibre directions, of any length, and `s` (n,) the shares by which fibres are shorter at rest. The
+    `f` (n, 3) are fibre directions, of any length, and `s` (n,) the fractions by which fibres are shorter at rest. The
     energy is psi(F Fa^-1): the active stretch Fa keeps the volume, and is found by its eigenvalues.
     """
     f = f / np.linalg.norm(f, axis=1, keepdims=True)
@@ -63,7 +65,8 @@ def shortened(psi: Scalar, s: Floats, f: Floats) -> Scalar:
 
 
 def split_of(material: Any, axes: Floats) -> Split:
-    """What a pressure takes of K (J - 1)^2 / 2: all but a third of the shear modulus, or half of it."""
+    """Return the law split for a pressure that replaces K (J - 1)^2 / 2 except a third, or half, of the shear modulus.
+    """
     third, K = material.shear_modulus / 3.0, material.bulk
     kept = third if K is None else min(third, 0.5 * K)
     compliance = 0.0 if K is None else 1.0 / (K - kept)
@@ -77,7 +80,7 @@ def split_of(material: Any, axes: Floats) -> Split:
 
 @dataclass(frozen=True)
 class DirectedBody(CheckedBody):
-    """A body whose material knows directions: `at` tells its stress at points (n, 3), m."""
+    """A body of anisotropic material: `at` returns its stress at points (n, 3), m."""
 
     at: Callable[[Floats], Stress] | None = None
 

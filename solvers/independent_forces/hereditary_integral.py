@@ -1,8 +1,7 @@
-"""What a past has left of stress, by the integral that defines it: from how the nodes have moved, and no recursion.
+"""Independent stress of viscoelastic bodies by the hereditary integral, from the history of nodal displacements.
 
-The stress that relaxes is int G(t - s) dS/ds ds with G = sum_i g_i exp(-(t - s) / tau_i). Between two times at which
-the state is known S goes along a straight line, over which G is integrated exactly; every step is weighed by how long
-ago it was.
+The relaxing stress is int G(t - s) dS/ds ds with G = sum_i g_i exp(-(t - s) / tau_i). Between two known states S varies
+linearly in time, and G is integrated exactly; every step is weighted by its age. No recursion is used.
 """
 
 from __future__ import annotations
@@ -32,8 +31,10 @@ Measure = Literal["small", "turned", "green", "shape"]
 
 
 def weights(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
-    """What is left at the last of some times, s, of each step's change of stress (t,): its share that relaxes times
-    what the series, shares (k,) and times of relaxation (k,), s, has made of it."""
+    """Return the fraction of each step's stress change (t,) that remains at the last time, s.
+
+    It is the relaxing fraction multiplied by the decay of the series, with shares (k,) and relaxation times (k,), s.
+    """
     t = np.array(times)
     begin = np.concatenate([[0.0], t[:-1]])
     found = np.zeros(len(t))
@@ -45,9 +46,10 @@ def weights(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
 
 
 def of_young(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floats]:
-    """The series of Young's modulus where the shear modulus has one, and the bulk modulus none: shares, times, s.
+    """Return the Prony series of Young's modulus for a relaxing shear modulus and constant bulk modulus: shares, times,
+    s.
 
-    By polynomials: of E / G0 = 9 k G / (3 k + G), k = K / G0, poles and what each has.
+    It is found from the poles and residues of E / G0 = 9 k G / (3 k + G), k = K / G0.
     """
     k = 2.0 * (1.0 + poisson) / (3.0 * (1.0 - 2.0 * poisson))
     D = np.poly(-1.0 / taus)  # of the product of s + 1/tau
@@ -63,10 +65,10 @@ def of_young(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floa
 
 @dataclass(frozen=True)
 class Course:
-    """Nodes that were at displacements `states` (t, n, 3), m, at `times` (t,), s, and the stress that relaxes since.
+    """History of nodal displacements `states` (t, n, 3), m, at `times` (t,), s, and the stress that relaxes since.
 
-    `part` is its law, `g` (k,) and `tau` (k,), s, its series; `measure` is that of strain: small, turned (U - 1),
-    green, or shape, which is Green's of J^(-1/3) F.
+    `part` is the relaxing law, `g` (k,) and `tau` (k,), s, its series; `measure` is the strain measure: small, turned
+    (U - 1), green, or shape, which is Green's strain of J^(-1/3) F.
     """
 
     times: Sequence[float]
@@ -78,7 +80,9 @@ class Course:
     depth: float = 0.0
 
     def held(self, points: Floats, cells: Ints, kind: str, mean: bool = False) -> Floats:
-        """What that comes to at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff stress."""
+        """Return the relaxed stress at the points of a rule of some cells (m q, 3, 3), Pa: a second Piola-Kirchhoff
+        stress.
+        """
         dNdX, _, hoop = kinematics(points, cells, kind, rule(kind), self.depth, mean)
         steps = weights(self.times, self.g, self.tau)
         found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
@@ -91,7 +95,7 @@ class Course:
         return found
 
     def second(self, F: Floats) -> Floats:
-        """The stress that relaxes, of the measure (n, 3, 3), Pa."""
+        """Return the stress that relaxes, as a function of the strain measure (n, 3, 3), Pa."""
         P = self.part(F)
         if self.measure == "small":
             return P
@@ -110,7 +114,7 @@ class Course:
         return found, error + g * more
 
     def pulled(self, F: Floats, held: Floats) -> Floats:
-        """Return the P (n, 3, 3), Pa, of a stored stress `held`."""
+        """Return P (n, 3, 3), Pa, of a stored second Piola-Kirchhoff stress `held`."""
         if self.measure == "small":
             return held
         if self.measure == "turned":
@@ -124,7 +128,7 @@ class Course:
 
 
 def _halved(U: Floats, H: Floats) -> Floats:
-    """X of U X + X U = H (n, 3, 3), by nine equations."""
+    """Return X of U X + X U = H (n, 3, 3), by nine equations."""
     one = np.eye(3)
     K = np.einsum("nij,kl->nikjl", U, one) + np.einsum("ij,nkl->nikjl", one, U)
     found: Floats = np.linalg.solve(K.reshape(-1, 9, 9), H.reshape(-1, 9, 1)).reshape(-1, 3, 3)
@@ -133,23 +137,23 @@ def _halved(U: Floats, H: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class RememberingBody(CheckedBody):
-    """A deformed mesh that remembers how it came there."""
+    """A deformed mesh of viscoelastic material with its history."""
 
     course: Course = field(kw_only=True)
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
-        """P of the points of some cells (n, 3, 3), and the error of its entries, Pa."""
+        """Return P at the points of some cells (n, 3, 3), and the error of its entries, Pa."""
         return self.course.relaxed(term.stress, F, self.course.held(self.points, cells, self.kind, term.mean))
 
 
 @dataclass(frozen=True)
 class RememberingPressed(Pressed):
-    """The same with pressures: stress of shape relaxes."""
+    """A deformed viscoelastic mesh with pressure unknowns: the deviatoric stress relaxes."""
 
     course: Course = field(kw_only=True)
 
     def _split(self, some: slice) -> Split:
-        """With the stress of shape that is left."""
+        """Return the split law including the remaining deviatoric stress."""
         course, whole = self.course, self.split.shape
         held = course.held(self.points, self.cells[some], self.kind)
         return replace(self.split, shape=Relaxed(course, whole, held))
@@ -157,16 +161,16 @@ class RememberingPressed(Pressed):
 
 @dataclass(frozen=True)
 class Relaxed:
-    """The stress of a `whole` law at points where a past has left `held` (n, 3, 3), Pa."""
+    """The stress of a `whole` law at points with a relaxed stress `held` (n, 3, 3), Pa."""
 
     course: Course
     whole: Stress
     held: Floats
 
     def __call__(self, F: Floats) -> Floats:
-        """P (n, 3, 3), Pa."""
+        """Return P (n, 3, 3), Pa."""
         return self.with_error(F)[0]
 
     def with_error(self, F: Floats) -> tuple[Floats, Any]:
-        """P (n, 3, 3) and the error of its entries, Pa."""
+        """Return P (n, 3, 3) and the error of its entries, Pa."""
         return self.course.relaxed(self.whole, F, self.held)

@@ -1,7 +1,7 @@
-"""Forces of a solid whose constants vary in space, found once more: by the constants at every point of the check.
+"""Independent forces of solids with spatially varying constants, evaluated at every quadrature point of the check.
 
-Where a cell has one point, because its gradients are the same all over it, or where a part of the stress is taken at
-its centre, the two moduli are means over the cell, by the rule of the next finer element, or by that of its own.
+In cells with one point (uniform gradients), or for a part of the stress taken at the centre, the two moduli are means
+over the cell, by the rule of the next higher element, or by its own.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ Moduli = Callable[[Floats, Floats], Stress]  # of mu and lam (n,), Pa: what make
 
 @dataclass(frozen=True)
 class VaryingTerm(StressTerm):
-    """A part of the stress whose moduli vary."""
+    """A part of the stress with spatially varying moduli."""
 
     of: Moduli | None = None
 
 
 @dataclass(frozen=True)
 class VaryingBody(CheckedBody):
-    """The same of a body with `constants` of each point."""
+    """A deformed mesh with material `constants` at each point."""
 
     constants: Constants | None = None
 
@@ -54,7 +54,7 @@ class VaryingBody(CheckedBody):
 
 @dataclass(frozen=True)
 class VaryingPressed(Pressed):
-    """The same of a solid with pressures: `apart` takes the law apart at each of some points (n, 3), m."""
+    """A deformed mesh with pressure unknowns and varying constants: `apart` splits the law at points (n, 3), m."""
 
     apart: Callable[[Floats], Split] | None = None
 
@@ -72,12 +72,12 @@ def points_in(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
 
 
 def moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
-    """mu and lam, Pa."""
+    """Return mu and lam, Pa."""
     return E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
 
 
 def terms(material: Any, strain: str, selective: bool) -> tuple[VaryingTerm, ...] | None:
-    """The parts of the stress of a law; None where it has none of finite strain, or does not come apart."""
+    """Return the parts of the stress of a law; None if it has no finite-strain form, or cannot be split."""
     law: Moduli | None = {"small": solid_forces.small_stress, "corotational": solid_forces.corotational_stress}.get(
         strain
     )
@@ -123,25 +123,25 @@ def _finite(material: Any, selective: bool) -> tuple[VaryingTerm, ...] | None:
 
 
 def _with_moduli(material: Any, mu: Floats, lam: Floats) -> Any:
-    """A material with two moduli (n,), Pa, of each point."""
+    """Return a material with two moduli (n,), Pa, at each point."""
     return with_constants_of(material, mu * (3.0 * lam + 2.0 * mu) / (lam + mu), 0.5 * lam / (lam + mu))
 
 
 def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
-    """A material with the constants (n,) of each point; itself, where these cannot vary."""
+    """Return a material with the constants (n,) of each point; unchanged if its constants cannot vary."""
     if not {"young", "poisson"} <= {*material.varying}:
         return material
     return with_constants(material, {"young": young, "poisson": poisson})
 
 
 def relaxed(term: VaryingTerm) -> VaryingTerm:
-    """The same in a plate whose faces are free."""
+    """Return the term for a plate with stress-free faces."""
     of = term.of
     return VaryingTerm(term.stress, term.mean, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
 
 
 def pressed(material: Any, strain: str, constants: Constants) -> Callable[[Floats], Split]:
-    """What takes a law, which comes apart, at points (n, 3), m."""
+    """Return a function that splits a law at points (n, 3), m."""
 
     def apart(X: Floats) -> Split:
         E, nu = constants(X)

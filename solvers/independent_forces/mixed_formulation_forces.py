@@ -1,10 +1,11 @@
-"""The forces of a solid with pressures, found once more, and what its volume lacks.
+"""Independent forces of solids with pressure unknowns, and the residual of their volume equation.
 
-L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV is at rest where int (P_shape + p dg/dF) : dN/dX dV balances the
-loads at every node and int N_b (g - p / M) dV = 0 for every pressure. In `mixed` elements the pressures are those of
-the state that is judged, so that its second equation is looked at as well, and 1/M = 0 needs nothing else. With the
-mean dilatation p = M times the mean of g over each cell, which is what its second equation says, put into the first.
-At finite strain stress of shape and dg/dF are differences of the energy density and of g (stress_by_differences.py).
+L(u, p) = int psi_shape(F) + p g(F) - p^2 / (2 M) dV is stationary where int (P_shape + p dg/dF) : dN/dX dV balances the
+loads at every node and int N_b (g - p / M) dV = 0 for every pressure. For `mixed` elements the pressures are those of
+the solution under test, so that its second equation is checked as well, and 1/M = 0 needs no special case. With mean
+dilatation p = M times the mean of g over each cell, which satisfies the second equation, is inserted into the first.
+For finite strain the deviatoric stress and dg/dF are differences of the energy density and of g
+(stress_by_differences.py).
 """
 
 from __future__ import annotations
@@ -25,9 +26,10 @@ Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 
 @dataclass(frozen=True)
 class Split:
-    """A law less M/2 g^2: the stress of `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of volume.
+    """A law without M/2 g^2: the deviatoric stress `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of
+    volume.
 
-    `compliance` is 1/M in 1/Pa, one for all F, or that of each (n,).
+    `compliance` is 1/M in 1/Pa, one for all F, or one for each (n,).
     """
 
     shape: Stress
@@ -41,13 +43,13 @@ class Split:
 
 
 def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None:
-    """Split the stress of a law into the part that pressures replace and the rest; None if the law has no such parts.
+    """Split the stress of a law into the part that pressures replace and the rest; None if the law cannot be split.
 
     `young`, Pa, and `nu` are numbers, or arrays (n,) of points, which the material then has as well.
 
     For small and corotational strain, pressures replace K = mu (r + 2/3) with r = lam/mu = 2 nu / (1 - 2 nu). For
-    finite strain they replace mu (r - s), and the rest keeps s mu of lam: s = 1/3 for r >= 4/3, else the larger of
-    r - 1 and -2/3.
+    finite strain they replace mu (r - s), and the rest keeps s mu of lam: s = 1/3 for r >= 4/3, else the larger of r -
+    1 and -2/3.
     """
     mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
     whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
@@ -68,7 +70,8 @@ def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None
 
 
 def at_points(law: Any) -> Any:
-    """The law itself, or where its constants are those of points (n,) one that hands each batch of points its own."""
+    """Return the law itself, or for constants at points (n,) a law that passes each batch of points its own constants.
+    """
     from softmark.solvers.materials.heterogeneous import Varying, arrays  # not for materials that do not vary
 
     return Varying(law) if next(arrays(law), None) is not None else law
@@ -91,7 +94,7 @@ def _stretching(F: Floats) -> Floats:
 
 
 def _swelling(F: Floats) -> Floats:
-    """J - 1, from the invariants of F - I: near rest det F has few digits to spare."""
+    """Return J - 1 from the invariants of F - I, which avoids cancellation near rest."""
     H = F - np.eye(3)
     tr = np.trace(H, axis1=1, axis2=2)
     second = 0.5 * (tr**2 - np.trace(H @ H, axis1=1, axis2=2))
@@ -106,11 +109,11 @@ def _swelling(F: Floats) -> Floats:
 class Pressed:
     """A deformed mesh with pressures: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m.
 
-    `mu` is the shear modulus in Pa. `pressures` are those of a state, Pa, positive in
-    tension: at the corners of each cell (m, c), or one in each (m, 1), as the element has them; None where they are
-    M times the mean of g, with M finite. With a `depth`, m, it is a slice of that thickness through a body of
-    revolution about the y axis, and forces and volumes are those of whole rings. `rules` are local points (m, q, 3) and
-    weights (m, q) of each cell, None where all have those of their kind.
+    `mu` is the shear modulus in Pa. `pressures` are those of the solution under test, Pa, positive in tension: at the
+    corners of each cell (m, c), or one in each (m, 1), depending on the element; None if they are M times the mean of
+    g, with M finite. With a `depth`, m, the mesh is a slice of that thickness through a body of revolution about the y
+    axis, and forces and volumes are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each
+    cell, None if all have those of their kind.
     """
 
     points: Floats
@@ -124,7 +127,7 @@ class Pressed:
     rules: tuple[Floats, Floats] | None = None
 
     def _rule(self, some: slice) -> tuple[Floats, Floats]:
-        """Local points (q, 3) or (c, q, 3) of some cells, and weights."""
+        """Return local points (q, 3) or (c, q, 3) of some cells, and weights."""
         return solid_forces.rule(self.kind) if self.rules is None else (self.rules[0][some], self.rules[1][some])
 
     def _chunks(self) -> Iterator[slice]:
@@ -132,9 +135,9 @@ class Pressed:
         return (slice(at, at + size) for at in range(0, len(self.cells), size))
 
     def _deformed(self, some: slice) -> tuple[Floats, Floats, Floats, Floats | None]:
-        """F (c, q, 3, 3), dN/dX (c, q, a, 3) in 1/m and the volumes of the points (c, q), m^3, of some cells.
+        """Return F (c, q, 3, 3), dN/dX (c, q, a, 3) in 1/m and the volumes of the points (c, q), m^3, of some cells.
 
-        Of a body of revolution N_a / r (c, q, a) as well, in 1/m.
+        For a body of revolution, also N_a / r (c, q, a), in 1/m.
         """
         xi, weights = self._rule(some)
         cells = self.cells[some]
@@ -149,14 +152,14 @@ class Pressed:
 
     @property
     def _spread(self) -> Ints:
-        """Indices (m, b) of the pressures of each cell in the list of all pressures."""
+        """Return the indices (m, b) of the pressures of each cell in the list of all pressures."""
         element = CELLS[self.kind]
         if element.pressures == "corners":  # by node: continuous, and linear between them
             return self.cells[:, : element.corners]
         return np.arange(len(self.cells))[:, None]
 
     def _shares(self, some: slice) -> Floats:
-        """The shape functions of pressures at the points of some cells (c, q, b), or of all (1, q, b)."""
+        """Return the pressure shape functions at the points of some cells (c, q, b), or of all (1, q, b)."""
         xi, element = self._rule(some)[0], CELLS[self.kind]
         if element.pressures == "corners":
             N = solid_forces.shape(element.linear, xi)
@@ -164,9 +167,9 @@ class Pressed:
         return np.ones((1, xi.shape[-2], 1))
 
     def forces(self) -> tuple[Floats, float, float]:
-        """What cells pull at their nodes (n, 3), N; what the volumes lack, and what rounding may leave in both, N.
+        """Return nodal forces (n, 3), the residual of the volume equations, and the rounding error of both, N.
 
-        A volume counts as a force by mu over the edge of a mean cell, which makes of all unknowns lengths.
+        A volume is converted to a force by mu over the mean cell edge, which gives all unknowns the unit of length.
         """
         f, reach, vague = np.zeros_like(self.points), np.zeros(len(self.points)), np.zeros(len(self.points))
         at = self._spread
@@ -212,11 +215,11 @@ class Pressed:
         return f, unit * float(np.linalg.norm(lacking)), noise
 
     def _split(self, some: slice) -> Split:
-        """The law taken apart at the points of some cells."""
+        """Return the split law at the points of some cells."""
         return self.split
 
     def grown(self) -> tuple[float, float]:
-        """The largest relative change of volume of a cell, and that of all together, as the strain measures it."""
+        """Return the largest relative change of volume of a cell, and that of the whole, by the strain measure."""
         change, V = np.zeros(len(self.cells)), np.zeros(len(self.cells))
         for some in self._chunks():
             F, _, w, _ = self._deformed(some)

@@ -1,9 +1,9 @@
-"""How deep a surface cuts into a rigid body between its nodes: its facets are halved until nothing deeper can be left.
+"""Largest penetration of a surface into a rigid body between its nodes, by subdividing facets up to a proven bound.
 
-Distances are 1-Lipschitz, so that a triangle with a gap g in its middle has none below g - r, r its farthest corner. To
-a convex body they are convex as well: none is below g - 2 (h - g), h the largest at a corner, and beside the body none
-below that of the plane that touches g in the middle. Of bent facets this holds but for their bulge, which is taken
-twice. What all of this does not exclude is looked at again in four parts.
+Distances are 1-Lipschitz, so that a triangle with a gap g at its centre has none below g - r, r the distance of its
+farthest corner. For a convex body they are convex as well: none is below g - 2 (h - g), h the largest at a corner, and
+outside the body none below that of the tangent plane at the centre's nearest point. For curved facets this holds except
+for their bulge, which is counted twice. Triangles that these bounds do not exclude are split into four.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ QUARTERS = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])  # of corners 
 def deepest(
     look: Distance, X: Floats, shapes: Callable[[Floats], Floats], triangles: Floats, convex: bool
 ) -> tuple[float, Floats]:
-    """The least gap, m, of facets with nodes X (f, a, 3), m, and where that is (3,), m: no more than 0 counts.
+    """Return the least gap, m, of facets with nodes X (f, a, 3), m, and its position (3,), m; only values up to 0
+    count.
 
-    `shapes` are the shape functions at local points (q, 2) of a facet (q, a), which `triangles` (t, 3, 2) make up.
+    `shapes` are the shape functions at local points (q, 2) of a facet (q, a), which consists of `triangles` (t, 3, 2).
     """
     facet = np.repeat(np.arange(len(X)), len(triangles))
     xi = np.tile(triangles, (len(X), 1, 1))

@@ -1,8 +1,8 @@
-"""Whether a body is in the matter of another that has deformed around it, seen from the surface of that alone.
+"""Test of points for being inside a deformed body, from its surface only.
 
-In space by the solid angle that the closed surface fills in the sight of a point; in its plane by how often the outline
-of a section winds around one, which is the sum over the triangles that make it up. What a point lies on is not seen
-from there: on a plane of symmetry, or on the axis that a section is turned around, half is left of all.
+In space it uses the solid angle of the closed surface seen from a point; in a plane the winding number of the section's
+outline, summed over the triangles of the section. A boundary that a point lies on is ignored: on a plane of symmetry,
+or on the axis of revolution, half of the full angle remains.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ CLOSE = 1e-3  # of the extent: what is left farther from the surface is not on i
 
 
 def in_space(x: Floats, X: Floats) -> bool:
-    """Whether a point (3,), m, is within a closed surface of triangles (t, 3, 3), or on it."""
+    """Return whether a point (3,), m, is inside a closed surface of triangles (t, 3, 3), or on it."""
     return bool(abs(solid_angle(x[None], X, ON)[0]) > SURROUNDED)
 
 
 def in_plane(p: Floats, X: Floats) -> bool:
-    """Whether a point (2,), m, is within a region that triangles (t, 3, 2) of one orientation make up, or on its edge.
+    """Return whether a point (2,), m, is inside a region of equally oriented triangles (t, 3, 2), or on its edge.
 
-    Sides between two triangles are gone along to and fro, and those of the outline are left.
+    Sides between two triangles cancel, and those of the outline remain.
     """
     z = (X - p) @ np.array([1.0, 1.0j])
     ways = np.roll(z, -1, axis=1) * z.conj()
@@ -36,9 +36,10 @@ def in_plane(p: Floats, X: Floats) -> bool:
 
 
 def skin(look: Distance, low: Floats, high: Floats, plane: bool) -> Floats:
-    """Places (k, 3), m, on the surface of a rigid body between corners, m: in the `plane` z = 0, on its section there.
+    """Return points (k, 3), m, on the surface of a rigid body between corners, m; with `plane`, on its section at z =
+    0.
 
-    Those nearest to points around it and in its hollows, for outside of it distances are exact.
+    They are the nearest to points around it and in its hollows, since outside of it distances are exact.
     """
     size = float(np.linalg.norm(high - low))
     each = [np.linspace(a - AROUND * size, b + AROUND * size, EACH_WAY) for a, b in zip(low, high, strict=True)]

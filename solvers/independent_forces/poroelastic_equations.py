@@ -1,8 +1,9 @@
-"""The fluid in a porous solid, found once more in the deformed body: what it pushes, what pores hold, how it flows.
+"""Independent fluid equations of a porous solid in the deformed body: pressure forces, fluid content and flow.
 
-What solves pulls everything back to the undeformed mesh; here gradients and volumes are those of the mesh as it lies
-now, with Darcy's law in its own form, v = -k grad_x p, and the change of volume is a difference of two. Pressures are
-linear between the corners of cells. A step is that of SDIRK2 (Alexander 1977): a first stage of 1 - sqrt(1/2) of it.
+The solver pulls everything back to the undeformed mesh; here gradients and volumes are those of the deformed mesh, with
+Darcy's law in its spatial form, v = -k grad_x p, and the change of volume is a difference of two volumes. Pressures are
+linear between the corners of cells. A step is one of SDIRK2 (Alexander 1977), whose first stage is at 1 - sqrt(1/2) of
+it.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ SURE = 1e-6  # of a step: how well its first stage must be where it is taken to 
 
 @dataclass(frozen=True)
 class Soaked:
-    """A mesh full of fluid: `points` (n, 3), m, `cells` (m, a), and pressures `p` (m, c) of their corners, Pa.
+    """A mesh filled with fluid: `points` (n, 3), m, `cells` (m, a), and pressures `p` (m, c) of their corners, Pa.
 
-    These are positive in compression. `permeable` gives k of volumes J (...), m^4/(N s). `small`: strain is linear in
-    the displacements, and nothing is looked at where it lies now, so that k is that at rest. With a `depth`, m, it is
-    a slice of that thickness through a body of revolution.
+    Pressures are positive in compression. `permeable` gives k of volume ratios J (...), m^4/(N s). `small`: strain is
+    linear in the displacements, everything is evaluated in the undeformed mesh, and k is that at rest. With a `depth`,
+    m, the mesh is a slice of that thickness through a body of revolution.
     """
 
     points: Floats
@@ -38,7 +39,7 @@ class Soaked:
     depth: float = 0.0
 
     def _now(self, u: Floats) -> tuple[Floats, Floats, Floats]:
-        """dN/dx (m, q, a, 3), 1/m, volumes of the points (m, q), m^3, and the distances of nodes from the axis, m."""
+        """Return dN/dx (m, q, a, 3), 1/m, point volumes (m, q), m^3, and the distances of nodes from the axis, m."""
         xi, weights = solid_forces.rule(self.kind)
         x = self.points if self.small else self.points + u
         dN, det = solid_forces.gradients(x, self.cells, self.kind, xi)
@@ -48,17 +49,17 @@ class Soaked:
 
     @property
     def _corners(self) -> Floats:
-        """Shape functions of pressures at the points (q, c)."""
+        """Return the shape functions of pressures at the points (q, c)."""
         return solid_forces.shape(CELLS[self.kind].linear, solid_forces.rule(self.kind)[0])
 
     def _spread(self, each: Floats) -> Floats:
-        """Sums over cells (m, c) at the nodes (n,)."""
+        """Return sums over cells (m, c) at the nodes (n,)."""
         c = each.shape[1]
         found: Floats = np.bincount(self.cells[:, :c].ravel(), each.ravel(), len(self.points)).astype(np.float64)
         return found
 
     def forces(self, u: Floats) -> tuple[Floats, float]:
-        """What the fluid does at the nodes as stress does, -int p dN/dx dv (n, 3), N, and what rounding leaves."""
+        """Return the nodal forces of the fluid pressure, -int p dN/dx dv (n, 3), N, and their rounding error."""
         dN, w, r = self._now(u)
         p = self.p @ self._corners.T
         f = -np.einsum("mq,mqai->mai", w * p, dN)
@@ -72,7 +73,7 @@ class Soaked:
         return found, EPS * size
 
     def volumes(self, u: Floats) -> Floats:
-        """int N_b (dv - dV) at the corners (n,), m^3."""
+        """Return int N_b (dv - dV) at the corners (n,), m^3."""
         dN, w, r = self._now(u)
         if self.small:
             grown = np.einsum("mqai,mai->mq", dN, u[self.cells] - u[self.cells[:, :1]])
@@ -86,7 +87,7 @@ class Soaked:
         return self._spread((w - before) @ self._corners)
 
     def flow(self, u: Floats) -> Floats:
-        """-int grad N_b . k grad p dv at the corners (n,): what comes to each, m^3/s."""
+        """Return -int grad N_b . k grad p dv at the corners (n,), the inflow at each, m^3/s."""
         w = self._now(u)[1]
         k = self.permeable(w / self._now(np.zeros_like(u))[1])
         slopes = self._slopes(u)
@@ -94,7 +95,7 @@ class Soaked:
         return self._spread(-np.einsum("mq,mqci,mqi->mc", w * k, slopes, grad))
 
     def _slopes(self, u: Floats) -> Floats:
-        """Gradients of the shape functions of pressures (m, q, c, 3), 1/m, through the mesh of all its nodes."""
+        """Return the gradients of pressure shape functions (m, q, c, 3), 1/m, by the mesh with all its nodes."""
         xi, _ = solid_forces.rule(self.kind)
         x = self.points if self.small else self.points + u
         X = x[self.cells] - x[self.cells[:, :1]]
@@ -104,10 +105,10 @@ class Soaked:
         return found
 
     def amiss(self, times: tuple[float, ...], states: tuple[Floats, ...]) -> Floats:
-        """What the equation of the last stage leaves at each corner (n,), m^3; at held ones what has left there.
+        """Return the residual of the last stage's equation at each corner (n,), m^3; at drained corners, the outflow.
 
-        The course is that of all stages so far, with displacements (n, 3), m, from rest. Raises ValueError where its
-        end is no step of two stages.
+        `times` and `states` are all stages so far, with displacements (n, 3), m, from rest. Raises ValueError if the
+        last ones are no step of two stages.
         """
         now, rest = states[-1], np.zeros_like(states[-1])
         earlier = [rest, *states]

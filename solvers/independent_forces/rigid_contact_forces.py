@@ -1,9 +1,9 @@
-"""What rigid bodies do to a surface, found once more: distances, a law of pressure and areas by formulas of their own.
+"""Independent contact forces of rigid bodies on a surface: distances, pressure law and areas by other formulas.
 
-What solves has signed distances with Hessians, one class for each kind. Here a distance is that to the nearest point
-of a set, found by projection, and the way out the line from it: right outside, which is where a surface may be. Inside
-it is no more than a sign and a size. Solids that a polygon makes ask whether it winds around a point, closed surfaces
-what angle they fill in its sight (van Oosterom and Strackee 1983, "The solid angle of a plane triangle").
+The solver uses signed distances with Hessians, one class for each shape. Here a distance is that to the nearest point
+of a set, found by projection, and the normal is the line from it: exact outside, where a surface should be. Inside,
+only the sign and an approximate size are given. Solids made of a polygon use its winding number, closed surfaces the
+solid angle seen from a point (van Oosterom and Strackee 1983, "The solid angle of a plane triangle").
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ LEAST = 1e-300
 
 
 def half_space(origin: Floats, normal: Floats) -> Distance:
-    """All behind a plane: n . (x - o)."""
+    """Return the distance to the half-space behind a plane: n . (x - o)."""
     n = np.asarray(normal, dtype=np.float64) / np.sqrt(np.sum(np.square(normal)))
     return lambda x: (x @ n - float(np.dot(origin, n)), np.tile(n, (len(x), 1)))
 
 
 def ball(centre: Floats, radius: float) -> Distance:
-    """All within a radius: |x - c| - R."""
+    """Return the distance to a ball: |x - c| - R."""
 
     def look(x: Floats) -> tuple[Floats, Floats]:
         off = x - np.asarray(centre)
@@ -41,7 +41,7 @@ def ball(centre: Floats, radius: float) -> Distance:
 
 
 def hollow(centre: Floats, radius: float, inner: float) -> Distance:
-    """The same without all that is within another: what is inside it is nearest to its wall."""
+    """Return the distance to a spherical shell; a point in the hollow is nearest to its wall."""
     outer = ball(centre, radius)
 
     def look(x: Floats) -> tuple[Floats, Floats]:
@@ -53,7 +53,7 @@ def hollow(centre: Floats, radius: float, inner: float) -> Distance:
 
 
 def box(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
-    """What is between corners, m, with rounded edges: the nearest point has each coordinate held within its range."""
+    """Return the distance to a box between corners, m, with rounded edges: the nearest point clamps each coordinate."""
     a, b = np.asarray(low) + rounding, np.asarray(high) - rounding
 
     def look(x: Floats) -> tuple[Floats, Floats]:
@@ -63,7 +63,7 @@ def box(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
 
 
 def _grown(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats, Floats]:
-    """Gaps and ways out where the nearest points of a core are known, and how `deep` within it others are, m."""
+    """Return gaps and normals for a rounded core from nearest points, and the depth `deep` of points inside it, m."""
     off = x - nearest
     far = np.sqrt((off**2).sum(axis=1))
     out = off / np.maximum(far, LEAST)[:, None]
@@ -71,10 +71,10 @@ def _grown(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats,
 
 
 def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> Section:
-    """Of a polygon of corners (c, 2), m, and all within `rounding` of it, in its plane, by complex numbers.
+    """Return the distance in a plane to a polygon of corners (c, 2), m, with `rounding`, by complex numbers.
 
-    The nearest point of each side is w = t, t = Re((p - a) / (b - a)) held in [0, 1]; inside is where the sides turn
-    once around a point. `mirrored`: it is half of a section, and sides on the axis a = 0 are no surface.
+    The nearest point of each side is w = t, t = Re((p - a) / (b - a)) clamped to [0, 1]; a point is inside if the sides
+    wind once around it. `mirrored`: the polygon is half of a section, and sides on the axis a = 0 are no surface.
     """
     z = np.asarray(corners) @ np.array([1.0, 1.0j])
     start, end = z, np.roll(z, -1)
@@ -102,7 +102,7 @@ def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> S
 
 
 def turned(section: Section, origin: Floats, axis: Floats) -> Distance:
-    """What a half-section of (r, z) makes when it is turned around an axis, z from `origin` on."""
+    """Return the distance to the body of revolution of a half-section of (r, z), z from `origin` along the axis."""
     e = np.asarray(axis, dtype=np.float64) / np.sqrt(np.sum(np.square(axis)))
 
     def look(x: Floats) -> tuple[Floats, Floats]:
@@ -117,7 +117,7 @@ def turned(section: Section, origin: Floats, axis: Floats) -> Distance:
 
 
 def prism(section: Section, order: tuple[int, int, int], low: float, high: float) -> Distance:
-    """What a polygon makes along a coordinate: `order` has the two of its plane, and that along it."""
+    """Return the distance to a polygon extruded along a coordinate: `order` has the two of its plane, and the third."""
     i, j, k = order
 
     def look(x: Floats) -> tuple[Floats, Floats]:
@@ -135,9 +135,9 @@ def prism(section: Section, order: tuple[int, int, int], low: float, high: float
 
 
 def enclosed(points: Floats, triangles: Ints) -> Distance:
-    """What a closed surface of triangles encloses: every triangle is asked. Raises ValueError where they are too many.
+    """Return the distance to the volume inside a closed surface, testing every triangle. Raises ValueError if too many.
 
-    The nearest point of a triangle is on its plane where it is within all three sides, and else on one of these.
+    The nearest point of a triangle is on its plane if it is inside all three sides, and else on one of these.
     """
     X = points[triangles]
 
@@ -158,7 +158,9 @@ def enclosed(points: Floats, triangles: Ints) -> Distance:
 
 
 def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
-    """From the nearest point of triangles X (t, 3, 3) to points x (n, 3): (n, 3), and how far (n,), m."""
+    """Return the vectors from the nearest point of triangles X (t, 3, 3) to points x (n, 3): (n, 3), and distances
+    (n,), m.
+    """
     best, far = np.zeros_like(x), np.full(len(x), np.inf)
     rows = np.arange(len(x))
 
@@ -183,9 +185,9 @@ def _nearest(x: Floats, X: Floats) -> tuple[Floats, Floats]:
 
 
 def solid_angle(x: Floats, X: Floats, on: float = 0.0) -> Floats:
-    """The solid angle that a closed surface fills seen from points (n,): 4 pi from within.
+    """Return the solid angle of a closed surface seen from points (n,): 4 pi from inside.
 
-    Of triangles (t, 3, 3) whose planes points are in, `on` being the sine of an angle above them, nothing is seen.
+    Triangles (t, 3, 3) whose planes contain the point contribute nothing; `on` is the sine of the tolerated angle.
     """
     a, b, c = (X[None, :, i] - x[:, None] for i in range(3))
     p, q, r = (np.sqrt((v**2).sum(axis=2)) for v in (a, b, c))
@@ -200,9 +202,9 @@ def solid_angle(x: Floats, X: Floats, on: float = 0.0) -> Floats:
 
 
 def carried(distance: Distance, shift: Floats, rotation: Floats, through: Floats) -> Distance:
-    """Of a body that was turned about a point by a vector, rad, and then shifted, m: seen from the body itself.
+    """Return the distance to a body rotated about a point by a vector, rad, and then shifted, m.
 
-    By the unit quaternion (cos(angle / 2), sin(angle / 2) axis).
+    Points are transformed to the body's frame by the unit quaternion (cos(angle / 2), sin(angle / 2) axis).
     """
     angle = float(np.sqrt(np.sum(np.square(rotation))))
     w = np.cos(0.5 * angle)
@@ -226,9 +228,9 @@ def carried(distance: Distance, shift: Floats, rotation: Floats, through: Floats
 
 
 def pressure(g: Floats, distance: float, stiffness: float, bend: float) -> tuple[Floats, Floats]:
-    """Of the law of a gap (n,), m, Pa, and its slope, Pa/m: k s^2 / (1 - s), s = (d - g) / d; from `bend` on a line.
+    """Return the barrier pressure of gaps (n,), m, in Pa, and its slope, Pa/m: k s^2 / (1 - s), s = (d - g) / d.
 
-    Written with the gap that is left over the distance, c = 1 - s: k (1 / c - 2 + c).
+    It continues linearly below the gap `bend`. Written with the relative gap c = 1 - s: k (1 / c - 2 + c).
     """
     c = np.clip(g / distance, 1.0 - bend, 1.0)
     beyond = np.maximum(1.0 - bend - g / distance, 0.0)
@@ -237,9 +239,10 @@ def pressure(g: Floats, distance: float, stiffness: float, bend: float) -> tuple
 
 
 def shares(points: Floats, triangles: Ints, depth: float) -> Floats:
-    """The integrals of linear shape functions over flat triangles (t, 3) at each node (n,), m^2, by their mid-sides.
+    """Return the integrals of linear shape functions over flat triangles (t, 3) at each node (n,), m^2, by mid-sides.
 
-    With a `depth`, m, of a slice, over whole rings around the y axis: of second degree, which mid-sides integrate.
+    With a `depth`, m, of a slice, they are over whole rings around the y axis: of second degree, which mid-sides
+    integrate.
     """
     X = points[triangles]
     side = [np.sqrt(((X[:, (k + 1) % 3] - X[:, k]) ** 2).sum(axis=1)) for k in range(3)]
@@ -255,7 +258,7 @@ def shares(points: Floats, triangles: Ints, depth: float) -> Floats:
 
 
 def lattice(square: bool, steps: int) -> Ints:
-    """Triangles (t, 3) between the points of a facet that go in so many steps along its sides, the second faster."""
+    """Return triangles (t, 3) between the points of a facet divided into `steps` along its sides, the second faster."""
     rows = [[(i, j) for j in range(steps + 1 if square else steps + 1 - i)] for i in range(steps + 1)]
     number = {place: k for k, place in enumerate(place for row in rows for place in row)}
     found = []

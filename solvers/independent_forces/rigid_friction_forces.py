@@ -1,4 +1,4 @@
-"""What friction does to a surface, found once more: from the points of the rigid body that it holds on to."""
+"""Independent friction forces of rigid bodies on a surface, from the anchor points on the rigid body."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ SAME = 1e-8  # of shape functions: points that differ by less are one
 
 
 def numbers(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
-    """Which of known points, by nodes (k, a) and shares (k, a), those of nodes `of` (p, b), N (p, b), are (p,), or -1.
+    """Return the index (p,) of points, given by nodes `of` (p, b) and shares N (p, b), among known points, or -1.
 
-    Each is told by two sums of its shares, with numbers of nodes that no few of them have a relation between.
+    Points are identified by two sums of their shares, with node numbers mapped to values that no few of them relate.
     """
 
     from scipy.spatial import cKDTree  # 0.1 s, and only friction needs it
@@ -28,7 +28,9 @@ def numbers(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
 
 
 def taken(points: Floats, shift: Floats, rotation: Floats, through: Floats) -> Floats:
-    """Where points (n, 3), m, of a rigid body are: turned by a vector, rad, around a point, then shifted.
+    """Return the positions of points (n, 3), m, of a rigid body rotated by a vector, rad, about a point, then shifted.
+
+    It uses the quaternion of half the angle: v + 2 w (q x v) + 2 q x (q x v).
 
     By the quaternion of half the angle: v + 2 w (q x v) + 2 q x (q x v).
     """
@@ -40,9 +42,10 @@ def taken(points: Floats, shift: Floats, rotation: Floats, through: Floats) -> F
 
 
 def traction(x: Floats, held: Floats, n: Floats, most: Floats, spring: float) -> Floats:
-    """On points at x (n, 3), m, that hold on to places (n, 3): (n, 3), Pa, at most `most` (n,), towards these places.
+    """Return the traction (n, 3), Pa, on points x (n, 3), m, towards their anchors `held` (n, 3), limited to `most`
+    (n,).
 
-    The part of their distance that lies in the plane of the surface, whose normal is n (n, 3): n x (d x n).
+    It acts along the tangential part of their distance d, for a surface with normals n (n, 3): n x (d x n).
     """
     pull = spring * np.cross(n, np.cross(held - x, n))
     size = np.sqrt((pull**2).sum(axis=1))

@@ -1,11 +1,11 @@
-"""The forces and moments of a rod's solution, found once more from rotation matrices instead of quaternions.
+"""Independent forces and moments of a rod solution, from rotation matrices instead of quaternions.
 
-With theta the rotation vector from one node's frame to the next, in the axes of the first, J its left Jacobian
-(I + ... [theta] + ...) and R_m = R_a exp(theta / 2) the frame in the middle, an element of length l carries
-N = R_m C_N (R_m^T d / l - e1) and M = R_a J^-T C_M theta / l. Virtual rotations of the nodes turn the middle by
-(I - A) w_a + A w_b, A = R_a J(theta / 2) J^-1(theta) R_a^T / 2, so that the nodes feel +-N and
--M - (I - A)^T (d x N), M - A^T (d x N). Source: Crisfield and Jelenic (1999), equations of the two-node element; the
-Jacobian of rotations: Sola, Deray and Atchuthan (2018), appendix B.
+With theta the rotation vector from one node's frame to the next, in the axes of the first, J its left Jacobian (I + ...
+[theta] + ...) and R_m = R_a exp(theta / 2) the frame in the middle, an element of length l carries N = R_m C_N (R_m^T d
+/ l - e1) and M = R_a J^-T C_M theta / l. Virtual rotations of the nodes rotate the middle by (I - A) w_a + A w_b, A =
+R_a J(theta / 2) J^-1(theta) R_a^T / 2, so that the nodal forces are +-N and the moments -M - (I - A)^T (d x N), M - A^T
+(d x N). Source: Crisfield and Jelenic (1999), equations of the two-node element; the Jacobian of rotations: Sola, Deray
+and Atchuthan (2018), appendix B.
 """
 
 from __future__ import annotations
@@ -20,14 +20,13 @@ from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
 @dataclass(frozen=True)
 class CheckedRod:
-    """Nodes in order along a rod: `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
+    """A rod solution under test: node positions `x` (n, 3) m, frames `R` (n, 3, 3) with columns e1, e2, e3.
 
-    `natural` are the same at rest, where it is not straight.
+    `natural` are the same at rest, if the rod is not straight.
 
     `l` (n - 1,) are the lengths at rest, `C` (6,) the stiffnesses EA, GA2, GA3 (N), GJ, EI2, EI3 (N m^2), or (n - 1, 6)
-    those of each element; modes in
-    `rigid` have no stiffness of their own, and what they carry is what balances the rest best. `gone` (n - 1, 6) of the
-    strains carry nothing any more, of a rod that has forgotten them.
+    for each element; modes in `rigid` are constrained, and their internal forces are chosen to balance the rest best.
+    The strains `gone` (n - 1, 6), relaxed in a viscoelastic rod, are subtracted from the strains.
     """
 
     x: Floats
@@ -40,7 +39,7 @@ class CheckedRod:
 
     @cached_property
     def _at_rest(self) -> tuple[Floats, Floats]:
-        """Gamma + e1 and the turns of the elements at rest, (n - 1, 3) each."""
+        """Return Gamma + e1 and the rotations of the elements at rest, (n - 1, 3) each."""
         if self.natural is None:
             return np.array([1.0, 0.0, 0.0]), np.zeros(3)
         X, R = self.natural
@@ -49,9 +48,9 @@ class CheckedRod:
         return np.einsum("eki,ek->ei", middle, np.diff(X, axis=0)) / self.l[:, None], turns
 
     def forces(self) -> tuple[Floats, Floats]:
-        """Inner forces and moments at the nodes (n, 6), N and N m in space.
+        """Return internal forces and moments at the nodes (n, 6), N and N m in space.
 
-        And their derivative by what rigid modes carry, (n, 6, elements, modes).
+        Their derivative by the forces of constrained modes, (n, 6, elements, modes), is returned as well.
         """
         e, Ra = len(self.l), self.R[:-1]
         _, inverse, middle, d, A = self._elements
@@ -70,7 +69,7 @@ class CheckedRod:
 
     @cached_property
     def _elements(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """theta, J^-1, R_m, d and A of every element."""
+        """Return theta, J^-1, R_m, d and A of every element."""
         Ra, d = self.R[:-1], np.diff(self.x, axis=0)
         theta = self._turns
         inverse: Floats = np.asarray(np.linalg.inv(left_jacobian(theta)), dtype=np.float64)
@@ -78,10 +77,11 @@ class CheckedRod:
         return theta, inverse, Ra @ exponential(0.5 * theta), d, A
 
     def pulled(self, tension: Floats, arms: Floats, slopes: Floats) -> Floats:
-        """What a tendon does to the nodes (n, 6), N and N m in space.
+        """Return the forces and moments of a tendon on the nodes (n, 6), N and N m in space.
 
-        Its `tension` (e,), N, where it is in the middles of the elements: `arms` (e, 3), m, and their `slopes` (e, 3),
-        1, in the axes there. Its way is R_m (R_m^T d / l + K x a + a'), and sections take the opposite of T along it.
+        Its `tension` (e,), N, and its position are given at the element centres: `arms` (e, 3), m, and their `slopes`
+        (e, 3), 1, in the axes there. Its tangent is R_m (R_m^T d / l + K x a + a'), and sections carry the opposite of
+        T along it.
         """
         theta, inverse, middle, d, A = self._elements
         across = np.cross(theta / self.l[:, None], arms) + slopes
@@ -92,7 +92,9 @@ class CheckedRod:
         return -self._onto_nodes(pull[:, None], turning[:, None], d, A)[:, :, 0]
 
     def strain(self, arms: Floats) -> tuple[float, float]:
-        """The largest strains: by twist and curvatures, of fibres at distances `arms` (3,), m; by stretch and shear."""
+        """Return the largest strains: of fibres at distances `arms` (3,), m, by twist and curvatures; by stretch and
+        shear.
+        """
         middle = self.R[:-1] @ exponential(0.5 * self._turns)
         Gamma = np.einsum("eki,ek->ei", middle, np.diff(self.x, axis=0)) / self.l[:, None] - self._at_rest[0]
         bent = np.linalg.norm(arms * self.curvatures, axis=1)
@@ -100,24 +102,24 @@ class CheckedRod:
 
     @property
     def strains(self) -> Floats:
-        """Stretch and shears, 1, twist and bendings, 1/m, of each element (n - 1, 6)."""
+        """Return stretch and shears, 1, twist and bending curvatures, 1/m, of each element (n - 1, 6)."""
         _, _, middle, d, _ = self._elements
         Gamma = np.einsum("eki,ek->ei", middle, d) / self.l[:, None] - self._at_rest[0]
         return np.concatenate([Gamma, self.curvatures], axis=1)
 
     @property
     def curvatures(self) -> Floats:
-        """Of each element about e1, e2 and e3 (n - 1, 3), 1/m: twist and bending, less those at rest."""
+        """Return twist and curvatures of each element about e1, e2 and e3 (n - 1, 3), 1/m, minus those at rest."""
         found: Floats = (self._turns - self._at_rest[1]) / self.l[:, None]
         return found
 
     @property
     def _turns(self) -> Floats:
-        """From each node to the next, about the axes of the first (n - 1, 3)."""
+        """Return the rotation from each node to the next, about the axes of the first (n - 1, 3)."""
         return rotation_vector(self.R[:-1].transpose(0, 2, 1) @ self.R[1:])
 
     def _ends(self, N: Floats, M: Floats, d: Floats, A: Floats) -> tuple[Floats, Floats]:
-        """Forces and moments at the first and the second node, (e, k, 6) each, for N and M (e, k, 3)."""
+        """Return forces and moments at the first and the second node, (e, k, 6) each, for N and M (e, k, 3)."""
         arm = np.cross(d[:, None], N)
         first = -M - arm + np.einsum("eji,ekj->eki", A, arm)
         second = M - np.einsum("eji,ekj->eki", A, arm)
@@ -131,7 +133,7 @@ class CheckedRod:
         return g
 
     def rounding(self, arm: float) -> float:
-        """What rounding leaves in the forces, N, where frames were found from points at a distance `arm`, m."""
+        """Return the rounding error of the forces, N, if frames were computed from points at a distance `arm`, m."""
         away = EPS * float(np.abs(self.x).max() + self.l.sum())
         weakest = np.linalg.norm(1.0 / self.l)
         turn = away / arm
@@ -141,7 +143,7 @@ class CheckedRod:
 
 
 def rotation_vector(R: Floats) -> Floats:
-    """theta (n, 3) with exp(theta) = R, turns of less than 180 degrees."""
+    """Return theta (n, 3) with exp(theta) = R, rotations below 180 degrees."""
     axial = 0.5 * np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
     sine, cosine = np.linalg.norm(axial, axis=1), 0.5 * (np.trace(R, axis1=1, axis2=2) - 1.0)
     angle = np.arctan2(sine, cosine)
@@ -151,7 +153,7 @@ def rotation_vector(R: Floats) -> Floats:
 
 
 def cross_matrix(v: Floats) -> Floats:
-    """[v]x (n, 3, 3)."""
+    """Return [v]x (n, 3, 3)."""
     found = np.zeros((len(v), 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         found[:, i, j], found[:, j, i] = -v[:, k], v[:, k]
@@ -159,7 +161,7 @@ def cross_matrix(v: Floats) -> Floats:
 
 
 def _series(theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """[theta]x, sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3."""
+    """Return [theta]x, sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3."""
     t = np.linalg.norm(theta, axis=1)
     safe, small = np.where(t > 1e-3, t, 1.0), t <= 1e-3
     a = np.where(small, 1.0 - t**2 / 6.0, np.sin(safe) / safe)
@@ -169,21 +171,21 @@ def _series(theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
 
 
 def exponential(theta: Floats) -> Floats:
-    """Rodrigues' formula (n, 3, 3)."""
+    """Return exp(theta) by Rodrigues' formula (n, 3, 3)."""
     W, a, b, _ = _series(theta)
     found: Floats = np.eye(3) + a * W + b * (W @ W)
     return found
 
 
 def left_jacobian(theta: Floats) -> Floats:
-    """J with exp(theta + d) = exp(J d) exp(theta) to first order (n, 3, 3)."""
+    """Return J with exp(theta + d) = exp(J d) exp(theta) to first order (n, 3, 3)."""
     W, _, b, c = _series(theta)
     found: Floats = np.eye(3) + b * W + c * (W @ W)
     return found
 
 
 def frames(ends: Floats, length: Floats) -> Floats:
-    """Rotations (n, 3, 3) that carry arms along e2 and e3, of their `length` (2,), m, onto `ends` (n, 2, 3)."""
+    """Return rotations (n, 3, 3) that map arms along e2 and e3, of their `length` (2,), m, to `ends` (n, 2, 3)."""
     e2, e3 = ends[:, 0] / length[0], ends[:, 1] / length[1]
     found: Floats = np.stack([np.cross(e2, e3), e2, e3], axis=2)
     return found

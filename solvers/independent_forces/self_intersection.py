@@ -1,6 +1,6 @@
-"""Whether triangles of a surface pass through each other: by segments against triangles, and by nothing of contact.
+"""Self-intersection of a triangle surface, by segment-triangle tests independent of contact.
 
-Of a slice, whether its lines do. What only touches, to rounding, does not pass through.
+For a slice, the segments of its outline are tested. Contact up to rounding is no intersection.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ ROUNDING = 1e-12  # of the products of lengths that a determinant is made of
 
 
 def crossings(X: Floats, faces: Ints) -> Ints:
-    """Pairs (p, 2) of faces (t, d) of points (n, d), m, that share no corner and pass through each other."""
+    """Return pairs (p, 2) of faces (t, d) of points (n, d), m, that share no corner and intersect."""
     near = _near(X, faces)
     found = [_meeting(X, faces, near[i : i + PAIRS]) for i in range(0, len(near), PAIRS)]
     return np.concatenate([near[:0], *found])
 
 
 def _near(X: Floats, faces: Ints) -> Ints:
-    """Pairs of faces without a common corner whose boxes overlap."""
+    """Return pairs of faces without a common corner whose boxes overlap."""
     corners = X[faces]
     low, high = corners.min(axis=1), corners.max(axis=1)
     middle, reach = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low, axis=1).max(initial=0.0))
@@ -53,7 +53,7 @@ def _meeting(X: Floats, faces: Ints, pairs: Ints) -> Ints:
 
 
 def _lines(a: Floats, b: Floats) -> Any:
-    """Whether segments (p, 2, 2) cross: the ends of each lie on both sides of the other."""
+    """Return whether segments (p, 2, 2) cross: the ends of each lie on both sides of the other."""
     one = _side(a[:, 0], a[:, 1], b[:, 0]) * _side(a[:, 0], a[:, 1], b[:, 1])
     other = _side(b[:, 0], b[:, 1], a[:, 0]) * _side(b[:, 0], b[:, 1], a[:, 1])
     return (one < 0) & (other < 0)
@@ -65,7 +65,8 @@ def _side(p: Floats, q: Floats, c: Floats) -> Floats:
 
 
 def _pierced(p: Floats, q: Floats, t: Floats) -> Any:
-    """Whether segments p q (n, 3) go through triangles t (n, 3, 3): three volumes of one sign, two of opposite."""
+    """Return whether segments p q (n, 3) pass through triangles t (n, 3, 3): three volumes of one sign, two opposite.
+    """
     ends = _volume(t[:, 0], t[:, 1], t[:, 2], p) * _volume(t[:, 0], t[:, 1], t[:, 2], q)
     round_ = [_volume(p, q, t[:, k], t[:, (k + 1) % 3]) for k in range(3)]
     same = np.all([r > 0 for r in round_], axis=0) | np.all([r < 0 for r in round_], axis=0)
@@ -79,5 +80,5 @@ def _volume(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
 
 
 def _sign(value: Floats, size: Floats) -> Floats:
-    """The sign of determinants (n,), zero where it is rounding."""
+    """Return the sign of determinants (n,), zero if it is rounding."""
     return np.where(np.abs(value) <= ROUNDING * size, 0.0, np.sign(value))

@@ -1,11 +1,11 @@
-"""Forces of a solution, found once more by an assembly that shares nothing with the one that solved.
+"""Independent nodal forces of solid elements, by an assembly that shares nothing with the solver's.
 
-What solves has compiled kernels, stresses written out by hand and an assembly of its own, and a mistake in any of them
-would make a wrong state look like an equilibrium. Here everything is plain numpy from the nodes of the mesh and their
-displacements: shape functions from a Vandermonde matrix, rotations by Newton's iteration for them or by singular
-values, Hooke's law by its two moduli, other laws by differences of the energy density that the material states
-(stress_by_differences.py), loads by the integrals that define them. It is slower, and done once. An energy density
-that is itself wrong is not seen here: closed forms and published stresses in tests/ hold it.
+The solver has compiled kernels, hand-written stresses and its own assembly, and a mistake in any of them would make a
+wrong state look like an equilibrium. Here everything is plain numpy from the nodes of the mesh and their displacements:
+shape functions from a Vandermonde matrix, rotations by Newton's iteration or by singular values, Hooke's law by its two
+moduli, other laws by differences of the material's energy density (stress_by_differences.py), loads by the integrals
+that define them. It is slower, and done once. An energy density that is itself wrong is not detected here: closed forms
+and published stresses in tests/ verify it.
 """
 
 from __future__ import annotations
@@ -41,13 +41,14 @@ Cell = str | int  # an element by its word, a facet by its number of nodes
 
 @cache
 def _known(kind: Cell) -> Any:
-    """What a cell or facet says of itself: where its nodes lie and which monomials it has, no formula of its own."""
+    """Return the data of a cell or facet class: node positions and monomials, without its formulas."""
     return CELLS[kind] if isinstance(kind, str) else FACETS[kind]
 
 
 @cache
 def places(kind: Cell) -> Floats:
-    """Local points of the nodes of a cell or facet (a, d), in the order of VTK: corners, and what lies between them."""
+    """Return the local points of the nodes of a cell or facet (a, d), in VTK order: corners, then intermediate nodes.
+    """
     known, d = _known(kind), len(_known(kind).monomials[0])
     cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
     simplex, wedge = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[0, 1, 0] * 2, [0, 0, 1] * 2, [-1] * 3 + [1] * 3]
@@ -57,17 +58,17 @@ def places(kind: Cell) -> Floats:
 
 
 def square(kind: Cell) -> bool:
-    """Whether a cell is a cube, or a facet a square; else it is a wedge, a tetrahedron or a triangle."""
+    """Return whether a cell is a cube, or a facet a square (else a wedge, a tetrahedron or a triangle)."""
     return bool(_known(kind).corners == 2 ** len(_known(kind).monomials[0]))
 
 
 def wedged(kind: Cell) -> bool:
-    """Whether a cell is a wedge: a triangle, along a line."""
+    """Return whether a cell is a wedge."""
     return bool(_known(kind).corners == 6)
 
 
 def _monomials(xi: Floats, powers: Any) -> Floats:
-    """xi^p eta^q zeta^r (q, a) at local points xi (q, d), of powers (a, d)."""
+    """Return xi^p eta^q zeta^r (q, a) at local points xi (q, d), for powers (a, d)."""
     tower = np.stack([*accumulate([np.ones_like(xi)] + [xi] * powers.max(), np.multiply)])
     found: Floats = np.prod([tower[powers[:, axis], :, axis] for axis in range(xi.shape[1])], axis=0).T
     return found
@@ -75,18 +76,18 @@ def _monomials(xi: Floats, powers: Any) -> Floats:
 
 @cache
 def _coefficients(kind: Cell) -> Floats:
-    """What makes shape functions of monomials (a, a): N_a is one at its own node and zero at the others."""
+    """Return the matrix (a, a) from monomials to shape functions: N_a is one at its node and zero at the others."""
     return np.asarray(np.linalg.inv(_monomials(places(kind), np.array(_known(kind).monomials))), dtype=np.float64)
 
 
 def shape(kind: Cell, xi: Floats) -> Floats:
-    """Shape functions (..., a) at local points xi (..., d)."""
+    """Return the shape functions (..., a) at local points xi (..., d)."""
     found: Floats = _monomials(xi.reshape(-1, xi.shape[-1]), np.array(_known(kind).monomials)) @ _coefficients(kind)
     return found.reshape(*xi.shape[:-1], found.shape[1])
 
 
 def slope(kind: Cell, xi: Floats) -> Floats:
-    """dN/dxi (..., a, d) at local points xi (..., d)."""
+    """Return dN/dxi (..., a, d) at local points xi (..., d)."""
     if xi.ndim > 2:
         flat = slope(kind, xi.reshape(-1, xi.shape[-1]))
         return flat.reshape(*xi.shape[:-1], *flat.shape[1:])
@@ -103,10 +104,11 @@ def slope(kind: Cell, xi: Floats) -> Floats:
 
 @cache
 def rule(kind: Cell) -> tuple[Floats, Floats]:
-    """Local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
+    """Return local points (q, d) and weights (q,) that define the stiffness of a cell, or the load on a facet.
 
-    Gauss's in cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973) for
-    six-node triangles; and else the centre. In wedges one point of the triangle, or three, at two Gauss points along.
+    Gauss rules for cubes and squares; Hammer, Marlowe and Stroud (1956) for ten-node tetrahedra, Strang and Fix (1973)
+    for six-node triangles; and else the centre. For wedges one point of the triangle, or three, at two Gauss points
+    along.
     """
     d, many = len(_known(kind).monomials[0]), len(_known(kind).quadrature()[1])
     if wedged(kind):
@@ -124,7 +126,7 @@ def rule(kind: Cell) -> tuple[Floats, Floats]:
 
 
 def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
-    """n points along each direction of a cube or square."""
+    """Return n points along each direction of a cube or square."""
     corners = places(kind)[: _known(kind).corners]
     d = corners.shape[1]
     if n == 2:
@@ -136,7 +138,7 @@ def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
 
 @cache
 def _mass_rule(kind: str) -> tuple[Floats, Floats]:
-    """Points and weights for products of shape functions: of degree five in tetrahedra (Stroud 1971)."""
+    """Return points and weights for products of shape functions, of degree five for tetrahedra (Stroud 1971)."""
     if square(kind):
         return rule(kind)
     if wedged(kind):
@@ -153,7 +155,7 @@ def _mass_rule(kind: str) -> tuple[Floats, Floats]:
 
 
 def cofactor(J: Floats) -> tuple[Floats, Floats]:
-    """The transposed inverse times the determinant (..., 3, 3), and the determinant (...)."""
+    """Return the transposed inverse times the determinant (..., 3, 3), and the determinant (...)."""
     a, cof = np.ascontiguousarray(np.moveaxis(J, (-2, -1), (0, 1))), np.empty((3, 3, *J.shape[:-2]))
     for i in range(3):
         for j in range(3):
@@ -166,7 +168,10 @@ def cofactor(J: Floats) -> tuple[Floats, Floats]:
 def kinematics(
     points: Floats, cells: Ints, kind: str, rule: tuple[Floats, Floats], depth: float = 0.0, mean: bool = False
 ) -> tuple[Floats, Floats, Any]:
-    """dN/dX (m, q, a, 3) in 1/m, volumes (m, q), m^3, and N/r (m, q, a), 1/m, of a slice; means of cells have q = 1."""
+    """Return dN/dX (m, q, a, 3) in 1/m, volumes (m, q), m^3, and for a revolved slice N/r (m, q, a), 1/m.
+
+    Cell means have q = 1.
+    """
     dNdX, det = gradients(points, cells, kind, rule[0])
     w, hoop = rule[1] * det, None
     if depth:
@@ -180,15 +185,15 @@ def kinematics(
 
 
 def at_points(N: Floats, nodal: Floats) -> Floats:
-    """Values (m, q) of nodal ones (m, a), by shape functions of all cells (q, a), or of each (m, q, a)."""
+    """Return values (m, q) from nodal values (m, a), by shape functions of all cells (q, a), or of each (m, q, a)."""
     found: Floats = (N @ nodal[:, :, None])[:, :, 0]
     return found
 
 
 def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Floats, Floats]:
-    """dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh.
+    """Return dN/dX (m, q, a, 3) in 1/m and det dX/dxi (m, q) in m^3, from the nodes of the undeformed mesh.
 
-    Local points xi are the same in all cells (q, 3), or those of each (m, q, 3).
+    Local points xi are the same in all cells (q, 3), or given for each (m, q, 3).
     """
     X = points[cells] - points[cells[:, :1]]  # far from the origin, positions have no digits to spare
     dN = slope(kind, xi)
@@ -201,9 +206,9 @@ def gradients(points: Floats, cells: Ints, kind: str, xi: Floats) -> tuple[Float
 
 
 def polar(F: Floats) -> Floats:
-    """The rotations nearest to F (n, 3, 3): Newton's iteration R <- (R + R^-T)/2 (Higham 1986).
+    """Return the rotations nearest to F (n, 3, 3) by Newton's iteration R <- (R + R^-T)/2 (Higham 1986).
 
-    Where that does not apply (det F <= 0, or nearly flat) by singular values, the smallest with the sign of det F.
+    If it does not apply (det F <= 0, or nearly flat), singular values are used, the smallest with the sign of det F.
     """
     R = F
     for _ in range(7):
@@ -220,7 +225,8 @@ def polar(F: Floats) -> Floats:
 
 
 def small_stress(mu: Any, lam: Any) -> Stress:
-    """Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I; moduli are numbers, or those of each F."""
+    """Return Hooke's law of the displacement gradient: 2 mu eps + lam tr(eps) I; moduli are numbers, or one for each F.
+    """
     m, l = (np.reshape(modulus, (-1, 1, 1)) for modulus in (mu, lam))
 
     def stress(F: Floats) -> Floats:
@@ -233,7 +239,7 @@ def small_stress(mu: Any, lam: Any) -> Stress:
 
 
 def corotational_stress(mu: Any, lam: Any) -> Stress:
-    """Hooke's law in the frame of the polar rotation: R (2 mu eps + lam tr(eps) I), eps = sym(R^T F) - I."""
+    """Return Hooke's law in the polar rotation's frame: R (2 mu eps + lam tr(eps) I), eps = sym(R^T F) - I."""
     hooke = small_stress(mu, lam)
 
     def stress(F: Floats) -> Floats:
@@ -249,7 +255,7 @@ def corotational_stress(mu: Any, lam: Any) -> Stress:
 
 @dataclass(frozen=True)
 class StressTerm:
-    """A part of the stress, and whether it is taken once for each cell, of the mean deformation gradient."""
+    """A part of the stress, evaluated at each point or once per cell from the mean deformation gradient."""
 
     stress: Stress
     mean: bool = False
@@ -257,11 +263,11 @@ class StressTerm:
 
 @dataclass(frozen=True)
 class CheckedBody:
-    """A deformed mesh: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; `stiff` is a modulus in Pa.
+    """A deformed mesh under test: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m; modulus `stiff`, Pa.
 
-    With `turned` each cell has one rotation, that of its mean deformation gradient, and forces as in linear elasticity
-    in that frame. With a `depth`, m, it is a slice of that thickness through a body of revolution about the y axis, and
-    forces are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each cell, None where all
+    With `turned` each cell has one rotation, that of its mean deformation gradient, and forces of linear elasticity in
+    that frame. With a `depth`, m, it is a slice of that thickness through a body of revolution about the y axis, and
+    forces are those of whole rings. `rules` are local points (m, q, 3) and weights (m, q) of each cell, None if all
     have those of their kind.
     """
 
@@ -280,7 +286,7 @@ class CheckedBody:
         return (slice(start, start + size) for start in range(0, len(cells), size))
 
     def _rule(self, at: slice, mean: bool = False) -> tuple[Floats, Floats]:
-        """Local points (q, 3) or (m, q, 3), and weights, of a term in some of the cells; means need no finer rule."""
+        """Return local points (q, 3) or (m, q, 3), and weights, of a term in some cells; means need no finer rule."""
         if self.rules is None or mean or len(places(self.kind)) == 4:
             return rule(self.kind)
         return self.rules[0][at], self.rules[1][at]
@@ -301,7 +307,7 @@ class CheckedBody:
         return g, float(np.linalg.norm(reach))
 
     def _local(self, cells: Ints, term: StressTerm, at: slice) -> tuple[Floats, Floats]:
-        """Nodal forces of some cells (m, a, 3), N, and what rounding and differences may leave in them (m, a), N."""
+        """Return nodal forces of some cells (m, a, 3), N, and their error by rounding and differences (m, a), N."""
         own = self.points, cells, self.kind, self._rule(at, term.mean)
         dNdX, w, hoop = kinematics(*own, self.depth, term.mean)
         U = self.u[cells] - self.u[cells[:, :1]]
@@ -324,7 +330,7 @@ class CheckedBody:
         return (f @ R.transpose(0, 2, 1) if self.turned else f), size
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
-        """P of the points of some cells (n, 3, 3), Pa, and the error of its entries; `at`: their place in the body."""
+        """Return P at the points of cells at positions `at` in the body (n, 3, 3), Pa, and the error of its entries."""
         return with_error(term.stress, F)
 
     def _rotation(self, cells: Ints, U: Floats) -> Floats:
@@ -332,10 +338,10 @@ class CheckedBody:
         return polar(U.swapaxes(1, 2) @ G + np.eye(3))
 
     def volumes(self) -> tuple[Floats, Floats]:
-        """Least det F of each cell at its integration points and at its nodes (m,), and the largest strain (m,).
+        """Return the least det F of each cell at its integration points and nodes (m,), and its largest strain (m,).
 
-        Strain is that of Green-Lagrange: it does not see rotations. A ring beyond its axis is inside out, though where
-        a cell is turned over within its plane as well det F > 0.
+        Strain is Green-Lagrange, which is independent of rotation. A ring beyond its axis is inverted, though det F > 0
+        if a cell is also reflected within its plane.
         """
         xi = np.concatenate([rule(self.kind)[0], places(self.kind)])
         if len(places(self.kind)) == 4:  # the same everywhere
@@ -362,7 +368,7 @@ class CheckedBody:
 
 
 def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Floats, float]:
-    """What springs along `edges` (n, 2) of stiffness k (n,) pull at the nodes (nodes, 3), N, and its rounding."""
+    """Return nodal forces (nodes, 3), N, of springs along `edges` (n, 2) of stiffness k (n,), and their rounding."""
     a, b = edges.T
     rest = points[b] - points[a]
     now = rest + (u[b] - u[a])
@@ -382,10 +388,10 @@ def spring_forces(points: Floats, edges: Ints, k: Floats, u: Floats) -> tuple[Fl
 def weights_of(
     points: Floats, cells: Ints, kind: str, density: Any, how: str, nodes: int, depth: float = 0.0, rules: Any = None
 ) -> Floats:
-    """The mass that each node carries (nodes,), kg: `consistent`, `lumped` or `uniform`.
+    """Return the mass at each node (nodes,), kg: `consistent`, `lumped` or `uniform`.
 
-    `density` is a number, kg/m^3, or gives that of points (n, 3). `rules` are local points (m, q, 3) and weights (m, q)
-    of each cell, None where all have those of their kind.
+    `density` is a number, kg/m^3, or a function of points (n, 3). `rules` are local points (m, q, 3) and weights (m, q)
+    of each cell, None if all have those of their kind.
     """
     if how == "uniform":
         whole = float(weights_of(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
@@ -412,10 +418,10 @@ def weights_of(
 
 
 def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats], depth: float = 0.0) -> Floats:
-    """Nodal forces (nodes, 3), N, of a load on facets (f, k) of a surface through `points`.
+    """Return nodal forces (nodes, 3), N, of a load on facets (f, k) of a surface through `points`.
 
-    `push` makes of the area vectors dA (f, q, 3), outward, the forces on them (f, q, 3). With a `depth`, m, the surface
-    is that of a slice through a body of revolution about the y axis, and forces are those on whole rings.
+    `push` returns the forces (f, q, 3) for outward area vectors dA (f, q, 3). With a `depth`, m, the surface is that of
+    a slice through a body of revolution about the y axis, and forces are those on whole rings.
     """
     kind = facets.shape[1]
     xi, weights = rule(kind)
@@ -434,7 +440,9 @@ def surface_forces(points: Floats, facets: Ints, push: Callable[[Floats], Floats
 def part_forces(
     points: Floats, facets: Ints, xi: Floats, w: Floats, push: Callable[[Floats], Floats], depth: float = 0.0
 ) -> Floats:
-    """The same of parts of facets: local points xi (p, 2), weights w (p,) in local area, each on its facet (p, k)."""
+    """Return nodal forces of a load on parts of facets: local points xi (p, 2), weights w (p,) in local area, facets
+    (p, k).
+    """
     kind, found = facets.shape[1], np.zeros_like(points)
     x = points[facets] - points[facets[:, :1]]
     t = x.swapaxes(1, 2) @ slope(kind, xi)  # (p, 3, 2)
@@ -451,9 +459,9 @@ def part_forces(
 
 @dataclass(frozen=True)
 class ForceBalance:
-    """Forces on free degrees of freedom that nothing balances, relative to loads and reactions.
+    """Unbalanced forces on free degrees of freedom, relative to loads and reactions.
 
-    `rounding` is what the arithmetic may leave of it, `nodes` how many nodes it was found at.
+    `rounding` is their possible rounding error, `nodes` the number of nodes that were evaluated.
     """
 
     residual: float
@@ -469,10 +477,9 @@ def balance(
     chosen: Ints | None = None,
     lacking: float = 0.0,
 ) -> ForceBalance:
-    """Of nodal forces `inside` and loads `outside` (n, 3), N, where `held` (n, 3) carries reactions.
+    """Return the balance of nodal forces `inside` and loads `outside` (n, 3), N; `held` (n, 3) carry reactions.
 
-    `chosen` are the nodes at which `inside` is complete, all where it is None; `lacking` is what is left of other
-    equations, in N.
+    `chosen` are the nodes at which `inside` is complete, None for all; `lacking` is the residual of other equations, N.
     """
     some = np.arange(len(inside)) if chosen is None else chosen
     left, grown = (inside - outside)[some], np.sqrt(len(inside) / len(some))  # what is left, as of all nodes
@@ -486,7 +493,7 @@ def balance(
 
 
 def sample(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
-    """Nodes to look at and the cells around them: all, or of a large mesh a random part, the same each time."""
+    """Return nodes to evaluate and their cells: all, or for a large mesh a random but reproducible part."""
     if len(cells) * points <= MANY:
         return None, cells
     chosen = np.sort(np.random.default_rng(0).choice(nodes, min(SAMPLE, nodes), replace=False))
@@ -496,5 +503,5 @@ def sample(nodes: int, cells: Ints, points: int) -> tuple[Ints | None, Ints]:
 
 
 def finite(values: Sequence[Floats] | Floats) -> bool:
-    """Whether every number is finite."""
+    """Return whether every number is finite."""
     return all(bool(np.all(np.isfinite(v))) for v in values)

@@ -1,9 +1,9 @@
 """First Piola-Kirchhoff stress of an energy density, by central differences of the energy.
 
-The stress that solves is written out by hand, compiled, or split into invariants; a mistake in it is no derivative of
-the energy that the material states. Differences need the energy only, so that they find the stress of every law, of
-a plugin's too. The step is a small part of the least stretch; where the error that differences of second, fourth and
-sixth order tell of is larger than what rounding leaves, a smaller step is tried.
+The solver's stress is hand-written, compiled, or split into invariants; a mistake in it is not the derivative of the
+material's energy. Differences need only the energy, so that they give the stress of every law, also a plugin's. The
+step is a small part of the least stretch; if the error estimated from differences of second, fourth and sixth order
+exceeds the rounding error, a smaller step is tried.
 """
 
 from __future__ import annotations
@@ -32,26 +32,26 @@ ALL = tuple(product(range(3), range(3)))
 
 @dataclass(frozen=True)
 class EnergyStress:
-    """The derivative by F of an energy density `psi` (or of another scalar of F)."""
+    """The derivative of an energy density `psi` (or of another scalar) with respect to F."""
 
     psi: Scalar
 
     def __call__(self, F: Floats) -> Floats:
-        """P (n, 3, 3), Pa, at F (n, 3, 3). Raises ValueError where F is outside the law's domain or at its end."""
+        """Return P (n, 3, 3), Pa, at F (n, 3, 3). Raises ValueError if F is outside the law's domain or at its edge."""
         return self.with_error(F)[0]
 
     def with_error(self, F: Floats) -> tuple[Floats, Floats]:
-        """P (n, 3, 3) and a bound of the error of its entries (n,), both Pa. Raises ValueError as the call does."""
+        """Return P (n, 3, 3) and a bound of the error of its entries (n,), Pa. Raises ValueError as the call does."""
         P, error = self._slopes(F, ALL)
         return np.ascontiguousarray(P.T).reshape(F.shape), error
 
     def entry(self, F: Floats, i: int, J: int) -> Floats:
-        """P_iJ (n,), Pa. Raises ValueError as the call does."""
+        """Return P_iJ (n,), Pa. Raises ValueError as the call does."""
         found: Floats = self._slopes(F, ((i, J),))[0][0]
         return found
 
     def _slopes(self, F: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats]:
-        """Derivatives by some entries of F (k, n), and a bound of their error (n,)."""
+        """Return derivatives by some entries of F (k, n), and a bound of their error (n,)."""
         f, h = np.ascontiguousarray(F.transpose(1, 2, 0)), STEP * np.clip(least_stretch(F), LEAST, 1.0)
         found, left, rounding = self._with_steps(f, h, entries)
         for _ in range(TIMES):
@@ -67,7 +67,7 @@ class EnergyStress:
         return found, left + rounding
 
     def _with_steps(self, f: Floats, h: Floats, entries: tuple[tuple[int, int], ...]) -> tuple[Floats, Floats, Floats]:
-        """Derivatives at f (3, 3, n) by steps h (n,): (k, n), what is left of higher orders (n,), and rounding (n,)."""
+        """Return derivatives at f (3, 3, n) by steps h (n,): (k, n), truncation error (n,), and rounding (n,)."""
         g = f.copy()
         apart = np.empty((len(ORDERS), len(entries), len(h)))  # psi(F + k h) - psi(F - k h), k = 1, 2, 3
         size = curvature = np.zeros(len(h))
@@ -94,7 +94,7 @@ class EnergyStress:
 
 
 def least_stretch(F: Floats) -> Floats:
-    """A lower bound of the smallest principal stretch (n,): |det F| over the norm of its cofactor."""
+    """Return a lower bound of the smallest principal stretch (n,): |det F| over the norm of its cofactor."""
     a, b, c = F[:, :, 0], F[:, :, 1], F[:, :, 2]
     sides = np.cross(b, c), np.cross(c, a), np.cross(a, b)
     norm = np.sqrt(sum(np.einsum("ni,ni->n", s, s) for s in sides))
@@ -104,26 +104,26 @@ def least_stretch(F: Floats) -> Floats:
 
 
 def with_error(stress: Stress, F: Floats) -> tuple[Floats, Any]:
-    """P of F (n, 3, 3), Pa, and the error of its entries, Pa: of each point (n,) by differences, 0 by a formula."""
+    """Return P of F (n, 3, 3), Pa, and the error of its entries, Pa: (n,) for differences, 0 for a formula."""
     own = getattr(stress, "with_error", None)
     return (stress(F), 0.0) if own is None else own(F)
 
 
 @dataclass(frozen=True)
 class FreeFaces:
-    """Plane stress of a solid's law: the stretch along z is the one at which P33 = 0.
+    """Plane stress of a solid's law: the stretch along z solves P33 = 0.
 
-    It is found by bisection, after a search from 1 outward for a change of sign of P33.
+    It is found by bisection, after a search from 1 outward for a sign change of P33.
     """
 
     solid: Stress
 
     def __call__(self, F: Floats) -> Floats:
-        """P (n, 3, 3), Pa, at F (n, 3, 3). Raises ValueError where no stretch frees the faces of stress."""
+        """Return P (n, 3, 3), Pa, at F (n, 3, 3). Raises ValueError if no stretch makes P33 zero."""
         return self.with_error(F)[0]
 
     def with_error(self, F: Floats) -> tuple[Floats, Any]:
-        """P (n, 3, 3) and the error of its entries, Pa. Raises ValueError where no stretch frees the faces."""
+        """Return P (n, 3, 3) and the error of its entries, Pa. Raises ValueError if no stretch makes P33 zero."""
         low, high, step = np.ones(len(F)), np.ones(len(F)), 1.25
         for _ in range(40):
             pulled, pushed = self._across(F, low) > 0.0, self._across(F, high) < 0.0
@@ -143,7 +143,7 @@ class FreeFaces:
         return P, error
 
     def _across(self, F: Floats, s: Floats) -> Floats:
-        """P33 (n,), Pa, at stretches s (n,) along z."""
+        """Return P33 (n,), Pa, at stretches s (n,) along z."""
         G = F.copy()
         G[:, 2, 2] = s
         entry = getattr(self.solid, "entry", None)

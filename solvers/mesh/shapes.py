@@ -221,15 +221,15 @@ class MeshFile(Shape):
 
     def mesh(self, kind: str, size: float = 0.0, cuts: tuple[Cut, ...] = ()) -> Mesh:
         """Return the file's cells as an element; size and cuts are ignored. Raises UnreadableMesh, UnknownElement."""
-        from softmark.solvers.mesh.files.mesh_reader import convert_cells, read
+        from softmark.solvers.mesh.files.mesh_reader import convert_cells, read_cells
 
-        return convert_cells(read(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
+        return convert_cells(read_cells(self.path, self.unit, self.coincident, pieces=self.pieces), kind, self.split)
 
     def named(self, kind: str | None = None) -> Mesh:
         """Return the mesh with the file's groups; without an element, the file's own cells. Raises as `mesh`."""
-        from softmark.solvers.mesh.files.mesh_reader import convert_cells, read
+        from softmark.solvers.mesh.files.mesh_reader import convert_cells, read_cells
 
-        whole = read(self.path, self.unit, self.coincident, named=True, pieces=self.pieces)
+        whole = read_cells(self.path, self.unit, self.coincident, named=True, pieces=self.pieces)
         return whole if kind is None else convert_cells(whole, kind, self.split)
 
     def surface(self, size: float = 0.0) -> Surface:

@@ -57,9 +57,9 @@ def _at_its_body(contacts: list[Any], x: Floats) -> bool:
     """Whether what has joined presses on what is there, so that a state is one, be it that something still cuts in."""
     if all(energy.extra is None for energy in contacts):
         return True
-    from softmark.solvers.contact.facet_penetration import MOST, off
+    from softmark.solvers.contact.facet_penetration import MOST, presses_off_surface
 
-    return not any(off(energy, x, MOST) for energy in contacts)
+    return not any(presses_off_surface(energy, x, MOST) for energy in contacts)
 
 
 def _behind_barriers(problem: Statics, find: Find, near: Equilibrium | None = None) -> tuple[Equilibrium, Statics]:
@@ -81,10 +81,10 @@ def _behind_barriers(problem: Statics, find: Find, near: Equilibrium | None = No
 
 def _must_be_in_front(problem: Statics, found: Equilibrium) -> None:
     """Raises NotConverged where a rigid body has gone through the surface since the state that was started from."""
-    from softmark.solvers.contact.tunnelling_check import passed
+    from softmark.solvers.contact.tunnelling_check import tunnelling_depth
 
     before = problem.rest if problem.start is None else problem.start
-    if deep := max((passed(energy, before, found.x) for energy in _driven(problem.assembly)), default=0.0):
+    if deep := max((tunnelling_depth(energy, before, found.x) for energy in _driven(problem.assembly)), default=0.0):
         reason = f"a rigid body goes through the surface in one step, by {1e3 * deep:.3g} mm: take more, smaller states"
         raise PassedThrough(reason, found.history, found.facts)
 
@@ -126,9 +126,9 @@ def _joined(problem: Statics, x: Floats) -> tuple[Statics | None, bool]:
     stays = True
     for i, energy in enumerate(loads):
         if energy.driven and energy.facing is not None:
-            from softmark.solvers.contact.facet_penetration import search
+            from softmark.solvers.contact.facet_penetration import search_penetration
 
-            extra, may = search(energy.at(1.0), x)
+            extra, may = search_penetration(energy.at(1.0), x)
             stays &= may
             loads[i] = energy if extra is None else energy.joining(extra, before)
     same = all(a is b for a, b in zip(loads, problem.assembly.loads, strict=True))

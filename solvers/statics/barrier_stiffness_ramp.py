@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from softmark.solvers.contact.signed_distance.distance_function import inside
+from softmark.solvers.contact.signed_distance.distance_function import depth_of_centroid
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.static_problem import NotConverged
 
@@ -56,7 +56,7 @@ def _softest(assembly: Assembly) -> float:
     """The first part: so soft that nothing comes behind the middle of a rigid body, and out at the other side."""
     each: list[Any] = [e for e in assembly.loads if e.driven]
     softest: Iterator[float] = (
-        e.barrier.distance / max(BEHIND * inside(e.body), e.barrier.distance / SOFT) for e in each
+        e.barrier.distance / max(BEHIND * depth_of_centroid(e.body), e.barrier.distance / SOFT) for e in each
     )
     return max((SOFTEST, *softest))
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Energy, Floats
-from softmark.solvers.energies.stabilization_spring import Ground
+from softmark.solvers.energies.stabilization_spring import StabilizationSpring
 from softmark.solvers.statics.static_problem import HELD, SLIDES, Equilibrium, Iteration, NotConverged, Statics
 
 REACH = 0.1  # of its size: how far loads take a free body at a time
@@ -36,7 +36,7 @@ def grounded(problem: Statics, find: Callable[[Statics], Equilibrium]) -> Equili
     NotConverged where nothing is found, or nothing else comes to bear the loads.
     """
     known: Any = problem.assembly.internal[-1]
-    ground: Ground = replace(known, place=problem.rest if problem.start is None else problem.start)
+    ground: StabilizationSpring = replace(known, place=problem.rest if problem.start is None else problem.start)
     weakest, history, before, stuck = ground.spring, tuple[Iteration, ...](), 1.0, 0
     least = NOTHING * weakest * problem.extent
     ground = replace(ground, spring=max(weakest, _pull(problem) / (REACH * problem.extent)))
@@ -68,7 +68,7 @@ def _pull(problem: Statics) -> float:
     return 0.0 if problem.resultant is None else problem.resultant(f)
 
 
-def _borne(assembly: Assembly, ground: Ground, x: Floats, least: float) -> float:
+def _borne(assembly: Assembly, ground: StabilizationSpring, x: Floats, least: float) -> float:
     """What it bears of the forces of loads and contacts on the nodes, by the sums of their sizes, or of the `least`."""
     f = np.zeros(assembly.dofs)
     meets = [(energy, 1.0) for energy in assembly.internal if isinstance(energy, DynamicPatternEnergy)]
@@ -78,7 +78,7 @@ def _borne(assembly: Assembly, ground: Ground, x: Floats, least: float) -> float
     return own / max(whole, least)
 
 
-def _on(problem: Statics, ground: Ground) -> Statics:
+def _on(problem: Statics, ground: StabilizationSpring) -> Statics:
     twin = problem.twin and _with(problem.twin, [*problem.twin.internal[:-1], ground])
     return replace(problem, assembly=_with(problem.assembly, [*problem.assembly.internal[:-1], ground]), twin=twin)
 
@@ -93,10 +93,12 @@ def _arrived(assembly: Assembly) -> Assembly:
     return assembly.acting(assembly.internal, [replace(e, earlier=None) if e.driven else e for e in known])
 
 
-def _why(problem: Statics, ground: Ground, x: Floats, borne: float) -> str:
+def _why(problem: Statics, ground: StabilizationSpring, x: Floats, borne: float) -> str:
     each: list[Any] = [e for e in problem.assembly.loads if e.rubs]
     if any(e.at(1.0).pressures(x).any() for e in each) and not any(e.at(1.0).holds(x) for e in each):
-        held = problem.fixed.size > 0 or any(e.grounded for e in problem.assembly.internal if not isinstance(e, Ground))
+        held = problem.fixed.size > 0 or any(
+            e.grounded for e in problem.assembly.internal if not isinstance(e, StabilizationSpring)
+        )
         return f"{SLIDES} at 100 % of the load{HELD if held else ', and nothing else holds it'}"
     way = ground.forces(x).sum(axis=0)
     size = float(np.linalg.norm(way))

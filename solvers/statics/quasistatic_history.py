@@ -11,7 +11,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.external_loads import ScaledLoad
-from softmark.solvers.energies.viscoelastic_memory import Memories
+from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Iteration, NotConverged, Statics, equilibrium
 
 
@@ -34,7 +34,7 @@ class Aged:
 
     x: Floats
     time: float
-    memories: Memories
+    memories: BodyHistory
     forces: Floats
     work: float = 0.0
     times: tuple[float, ...] = ()
@@ -56,7 +56,7 @@ class Aged:
         return self.memories.dissipated
 
 
-def begun(problem: Statics, memories: Memories) -> Aged:
+def begun(problem: Statics, memories: BodyHistory) -> Aged:
     """The state of rest before anything acts."""
     return Aged(problem.rest, 0.0, memories, np.zeros(problem.assembly.dofs))
 

@@ -70,11 +70,11 @@ def pushed(problem: Statics, before: Assembly, x: Floats, change: Floats) -> Flo
         d[free] = -factor(before.tangent(x, 1.0), symmetric=before.conservative).solve(change[free])
     except Singular:
         return x
-    from softmark.solvers.contact.continuous_collision import in_front
+    from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
     d = before.limit(x, d) * d
     was, now = ([e.at(1.0) for e in list[Any](each.loads) if e.driven] for each in (before, problem.assembly))
-    part = in_front(was, x, d, now)
+    part = collision_free_fraction(was, x, d, now)
     if part == 0.0:
         raise NotConverged("rigid bodies would go through the surface on their way from the state before")
     return x + part * d

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.contact.rigid_transform import Pose, Posed, declared
-from softmark.solvers.contact.signed_distance.distance_function import Gap, inside
-from softmark.solvers.contact.tunnelling_check import entered
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion, gap_as_declared
+from softmark.solvers.contact.signed_distance.distance_function import Gap, depth_of_centroid
+from softmark.solvers.contact.tunnelling_check import sweeps_centroid
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.statics.static_problem import Equilibrium, Iteration, NotConverged, Statics
 
@@ -60,7 +60,7 @@ def in_substeps(problem: Statics, find: Find, count: int) -> Equilibrium:
             reason = f"{failure.reason} (in substep {number} of {count})"
             raise NotConverged(reason, (*history, *failure.history), failure.facts, failure.unstable) from failure
         history, before, x = (*history, *found.history), problem.rest if x is None else x, found.x
-        if any(entered(contact, before, x) for contact in moved):
+        if any(sweeps_centroid(contact, before, x) for contact in moved):
             reason = f"facets cut into a rigid body as deep as its middle (in substep {number} of {count}): {FINER}"
             raise NotConverged(reason, history, found.facts)
         places = [contact.body for contact in found.beside]
@@ -78,7 +78,7 @@ class _Still:
     def __call__(self, share: float) -> Gap:
         return self.body
 
-    def pose(self, share: float) -> Pose:
+    def pose(self, share: float) -> RigidMotion:
         """Return the motion of the body from its declared place; it is the same at every share of the load."""
         return _pose(self.body)
 
@@ -100,7 +100,7 @@ def _with(problem: Statics, contacts: list[Any]) -> Statics:
 def _needed(contact: Any) -> int:
     """Return the number of substeps that one rigid body needs between its start and its end."""
     start, end = _start(contact), contact.posed(1.0)
-    inner = inside(declared(end))
+    inner = depth_of_centroid(gap_as_declared(end))
     if not 0.0 < inner < math.inf:
         return 1
     way: Floats = _pose(end).moved(contact.X) - _pose(start).moved(contact.X)
@@ -113,8 +113,8 @@ def _start(contact: Any) -> Gap:
     return found
 
 
-def _pose(body: Gap) -> Pose:
-    return body.pose if isinstance(body, Posed) else Pose()
+def _pose(body: Gap) -> RigidMotion:
+    return body.pose if isinstance(body, MovedGap) else RigidMotion()
 
 
 def _between(start: Gap, end: Gap, share: float) -> Gap:
@@ -123,4 +123,4 @@ def _between(start: Gap, end: Gap, share: float) -> Gap:
         tuple(((1.0 - share) * np.array(p) + share * np.array(q)).tolist())
         for p, q in ((a.shift, b.shift), (a.rotation, b.rotation))
     )
-    return Posed(declared(end), Pose(shift, rotation, b.about))
+    return MovedGap(gap_as_declared(end), RigidMotion(shift, rotation, b.about))

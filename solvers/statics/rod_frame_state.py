@@ -11,8 +11,8 @@ from scipy import sparse
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_joints import Joints
-from softmark.solvers.energies.rod_kinematics import Turns, segments_of
-from softmark.solvers.energies.rod_state import RodSpace, axes_behind, jumped, lengths
+from softmark.solvers.energies.rod_kinematics import ElementRotations, cached_elements
+from softmark.solvers.energies.rod_state import RodSpace, exceeds_half_turn, lengths, updated_axis_vectors
 from softmark.solvers.linear.factorisations import Factor, factor
 
 
@@ -46,16 +46,18 @@ class RodNetwork:
         step = self.joints.spread(d)
         moved = RodSpace(len(self.joints.point)).move(x, step)
         nodes, ends = moved.reshape(-1, 7), self.elements
-        turns = Turns.of(nodes[:, 3:], ends)
-        axes = axes_behind(segments_of(x, ends, self.lengths), step.reshape(-1, 6)[ends].reshape(-1, 12), turns)
+        turns = ElementRotations.of(nodes[:, 3:], ends)
+        axes = updated_axis_vectors(
+            cached_elements(x, ends, self.lengths), step.reshape(-1, 6)[ends].reshape(-1, 12), turns
+        )
         short = axes - (nodes[ends[:, 1], :3] - nodes[ends[:, 0], :3])
         nodes[:, :3] += self._moved_on(short)[self.joints.point]
-        segments_of(moved, ends, self.lengths, turns)  # it will be asked for
+        cached_elements(moved, ends, self.lengths, turns)  # it will be asked for
         return moved
 
     def jumped(self, before: Floats, after: Floats) -> bool:
         """As `rod_state.jumped` has it."""
-        return jumped(before, after, self.elements)
+        return exceeds_half_turn(before, after, self.elements)
 
     @cached_property
     def _differences(self) -> sparse.csr_matrix:

@@ -117,9 +117,9 @@ class Newton:
         part = self.assembly.limit(x, d)
         if not self.problem.beside:
             return part
-        from softmark.solvers.contact.continuous_collision import in_front
+        from softmark.solvers.contact.continuous_collision import collision_free_fraction
 
-        return part * in_front(self._driven(load), x, part * d, None if to == load else self._driven(to))
+        return part * collision_free_fraction(self._driven(load), x, part * d, None if to == load else self._driven(to))
 
     def _driven(self, load: float) -> list[Any]:
         """Contacts with rigid bodies where these are at a load."""

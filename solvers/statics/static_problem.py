@@ -11,7 +11,7 @@ import numpy as np
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import DynamicPatternEnergy, Floats, Ints, Space
-from softmark.solvers.energies.stabilization_spring import Ground
+from softmark.solvers.energies.stabilization_spring import StabilizationSpring
 from softmark.solvers.linear import factorisations as linear
 from softmark.solvers.linear.linear_solver import Linear
 
@@ -187,7 +187,7 @@ class Statics:
     @property
     def grounded(self) -> bool:
         """Whether a spring keeps a body that only touch is to hold."""
-        return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], Ground)
+        return bool(self.assembly.internal) and isinstance(self.assembly.internal[-1], StabilizationSpring)
 
     @property
     def rubs(self) -> bool:

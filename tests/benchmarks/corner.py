@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from softmark.solvers.contact.rigid_contact import Touching
+from softmark.solvers.contact.rigid_contact import RigidContact
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_contact import Impact
 from softmark.solvers.dynamics.time_integration import march
@@ -34,7 +34,7 @@ def main(steps: int, integrator: str, uncut: bool = True, friction: float = 0.0)
     from test_impact import dropped
 
     problem, edge = dropped(_law, _elastic, integrator, uncut, friction)
-    impact = Impact([e for e in problem.assembly.loads if isinstance(e, Touching)], problem.courses[1:], ())
+    impact = Impact([e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ())
     known: dict[str, Any] = {"number": 0, "least": np.inf, "cut": 0.0}
 
     def look(motion: Any) -> None:
@@ -56,7 +56,7 @@ def main(steps: int, integrator: str, uncut: bool = True, friction: float = 0.0)
           f"energy gained {path.balance.gain:.2g} of what there was")  # fmt: skip
 
 
-def _cut(posed: Any, edge: Touching, x: Any) -> float:
+def _cut(posed: Any, edge: RigidContact, x: Any) -> float:
     """How deep the box lies in flat triangles of the surface, m, by a lattice of PARTS on every one."""
     whole = edge.of[(edge.shares > 0).all(axis=1)]
     triangles = np.unique(np.sort(whole, axis=1), axis=0)

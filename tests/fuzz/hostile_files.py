@@ -259,7 +259,7 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
     return {
         "meshes": (
             tuple(sorted(mesh_formats.MESHES - {".gz"})),
-            lambda p: mesh_reader.read(str(p), 1.0, named=True),
+            lambda p: mesh_reader.read_cells(str(p), 1.0, named=True),
             (mesh_reader.UnreadableMesh,),
         ),
         "surfaces": (

@@ -67,7 +67,7 @@ def examine(path: Path) -> str:
 
 
 def _solid(path: str) -> None:
-    mesh = mesh_reader.read(path, 1e-3)
+    mesh = mesh_reader.read_cells(path, 1e-3)
     if not np.isfinite(mesh.points).all() or not (mesh.volumes > 0).all() or not len(mesh.cells):
         raise Broken("a mesh has finite points and positive cells")
     if mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.points):

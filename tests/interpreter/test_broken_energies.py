@@ -219,8 +219,10 @@ DRAINED = {
 def test_wrong_friction_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The traction along a surface that rubs on a rigid body."""
     must_be_right(RUBS)
-    right = rigid_friction.Rubbing._traction
-    monkeypatch.setattr(rigid_friction.Rubbing, "_traction", lambda self, x, n, most: BREAK * right(self, x, n, most))
+    right = rigid_friction.RigidFriction._traction
+    monkeypatch.setattr(
+        rigid_friction.RigidFriction, "_traction", lambda self, x, n, most: BREAK * right(self, x, n, most)
+    )
     assert said_of(RUBS)
 
 

@@ -9,7 +9,7 @@ import pytest
 from softmark.interpreter.api import python_api
 from softmark.interpreter.pipeline.run_options import Options, Sound
 from softmark.interpreter.pipeline.run_pipeline import report_of
-from softmark.interpreter.planning.robustness_plan import asked_of, judges
+from softmark.interpreter.planning.robustness_plan import find_judging_metrics, resolve_study
 
 FORM = (Path(__file__).parents[1] / "errors" / "stress-closed-form.scene").read_text(encoding="utf-8")
 SOUND = FORM.replace(", gel.poisson", "")
@@ -40,8 +40,8 @@ GUCCIONE = "guccione(stiffness = 2 kPa, bf = 30, bt = 2, bfs = 4, density = 1000
 
 def test_a_closed_form_of_parameters_judges() -> None:
     scene = python_api.loads(SOUND).scene
-    assert list(judges(scene)) == ["off"]
-    asked = asked_of(scene, scene.declared["edges"])
+    assert list(find_judging_metrics(scene)) == ["off"]
+    asked = resolve_study(scene, scene.declared["edges"])
     assert [q.name for q in asked.quantities] == ["mu", "cubes.size"]
 
 
@@ -49,7 +49,7 @@ def test_without_a_study_what_a_closed_form_does_not_follow_is_left_out() -> Non
     """Parameters with a range and fields of models stay; Poisson's ratio of the material, and its density, do not."""
     text = "\n".join(line for line in SOUND.splitlines() if not line.startswith("study"))
     scene = python_api.loads(text.replace("mu = 20 kPa", "mu = 20 kPa in 1 kPa .. 1 MPa")).scene
-    assert [q.name for q in asked_of(scene, None).quantities] == ["mu", "cubes.size", "cubes.precision"]
+    assert [q.name for q in resolve_study(scene, None).quantities] == ["mu", "cubes.size", "cubes.precision"]
 
 
 @pytest.mark.parametrize(

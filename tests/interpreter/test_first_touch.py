@@ -274,13 +274,13 @@ def test_a_rod_looks_at_each_state_once(
         raise Unknown("not here")
 
     monkeypatch.setattr(Beams, "coarser", none)
-    states, of = [0], rod_kinematics.Segments.of
+    states, of = [0], rod_kinematics.RodElements.of
 
     def counted(*arguments: object) -> object:
         states[0] += 1
         return of(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(rod_kinematics.Segments, "of", staticmethod(counted))
+    monkeypatch.setattr(rod_kinematics.RodElements, "of", staticmethod(counted))
     report = load(scene(tmp_path, 1)).run()
     steps = report.models["rod0"].solve["iterations"]
     assert steps > 3

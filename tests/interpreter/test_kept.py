@@ -30,7 +30,7 @@ from softmark.interpreter.results.state_results import Moment
 from softmark.interpreter.study.configurations import source_digests
 from softmark.interpreter.study.run_cache import cache_folder, result_keeper, run_cache_keys
 from softmark.interpreter.study.run_cache.result_serialization import Reader, Unkept, Writer
-from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.interpreter.validation.constructor_registry import compile_source
 from softmark.interpreter.verification import accuracy_warnings
 
 SCENE = """scene "Kept"
@@ -55,7 +55,7 @@ GELS = "material soft = neo_hookean(young = 30 kPa, poisson = 0.3, density = 100
 ALL = {"rod", "fine", "stiff", "theory"}
 
 
-NOBODY = compiled(Source("nobody", "param a = 1"), Path(), None)[0]
+NOBODY = compile_source(Source("nobody", "param a = 1"), Path(), None)[0]
 
 
 def run(folder: Path, *options: str, text: str | None = None) -> tuple[set[str], str]:

@@ -19,7 +19,7 @@ from softmark.interpreter.models.spring_network.spring_declaration import Calibr
 from softmark.interpreter.models.spring_network.stiffness_calibration import REACH, Fit, NoFit, doubts, least, scaled
 from softmark.interpreter.problem.body_case import Case, case_of
 from softmark.interpreter.results.run_report import Report
-from softmark.interpreter.validation.constructor_registry import compiled
+from softmark.interpreter.validation.constructor_registry import compile_source
 from softmark.references.measured_data import MeasuredPoints
 from softmark.references.reference_base import Reference
 from softmark.solvers.mesh.shapes import Box
@@ -347,7 +347,7 @@ probe other = line(twin, from = (0, 0, 0) mm, to = (178, 0, 0) mm)
 metric chosen = {metric}
 model net = mass_spring(stiffness = calibrated(chosen), size = 20 mm, body = beam)"""
     source = Source("my.scene", text)
-    scene, _ = compiled(source, Path())
+    scene, _ = compile_source(source, Path())
     found = doubts(scene, scene.declared["net"], case_of(scene, "beam"))
     assert [(d.code, d.label) for d in found] == [(code, label)]
 

@@ -169,10 +169,10 @@ def test_a_wrong_flow_is_found(wrong: str, monkeypatch: pytest.MonkeyPatch) -> N
         known = Biphasic.permeable
         monkeypatch.setattr(Biphasic, "permeable", lambda self, J: 1.1 * known(self, J))
     else:
-        from softmark.solvers.energies.poroelastic import Seeping
+        from softmark.solvers.energies.poroelastic import PoroelasticSolid
 
-        flow = Seeping._pulled
-        monkeypatch.setattr(Seeping, "_pulled", lambda self, x: 1.1 * flow(self, x))
+        flow = PoroelasticSolid._pulled
+        monkeypatch.setattr(PoroelasticSolid, "_pulled", lambda self, x: 1.1 * flow(self, x))
     text = HEAD + material + COLUMN + PUSH + f"model m = fem(tet10, strain = {strain}, size = 5 mm)\n"
     model = report(text).models["m"]
     assert model.status == "failed"

@@ -12,7 +12,7 @@ import pytest
 from softmark import loads
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.metrics.pressure_along import PressureAlong
-from softmark.interpreter.planning.robustness_plan import judges
+from softmark.interpreter.planning.robustness_plan import find_judging_metrics
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.problem.rigid_surfaces import sharp, sharp_in_section, surface_in_space
 from softmark.interpreter.problem.theory_problems import solved
@@ -141,7 +141,7 @@ def test_forces_against_a_theory_of_contact_judge_where_models_end() -> None:
     """The theory says how far its own force may be off: d / R for a depth that is not small, and the far face."""
     known = AGAINST.format(theory="hertz") + "metric push = force(touch, along = -y, against = theory)\n"
     loaded = loads(text(BALL, 0.5) + known)
-    assert list(judges(loaded.scene)) == ["off", "push"]
+    assert list(find_judging_metrics(loaded.scene)) == ["off", "push"]
     metric = loaded.run().models["quads"].metrics["push"]
     case = case_of(loaded.scene, "block")
     theory = solved(loaded.scene.declared["theory"], case)

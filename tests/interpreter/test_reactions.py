@@ -18,7 +18,7 @@ from softmark.interpreter.report.run import report_page, report_terminal
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodSection
-from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.statics.residual_resultant import unrounded
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
@@ -265,7 +265,7 @@ def test_members_of_very_unequal_stiffness_balance_as_well() -> None:
 def test_forces_are_only_set_right_where_rounding_alone_is_left() -> None:
     """Of a state that is no equilibrium, what is left over stays: a hundredth of the load here."""
     rest = rod_at_rest(np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]))
-    elastic = RodElastic(rest, chain(3), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
+    elastic = RodElastic(rest, chain_elements(3), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
     force = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]])
     fixed = np.arange(6)
     assembly = Assembly(18, fixed, [elastic], [RodForces(rest, force)])

@@ -14,7 +14,7 @@ from softmark.interpreter.metrics.probe_samples import ProbeSamples
 from softmark.interpreter.metrics.stress import Stress
 from softmark.interpreter.pipeline.run_options import Options
 from softmark.interpreter.pipeline.run_pipeline import run as pipeline
-from softmark.interpreter.planning.robustness_plan import judges
+from softmark.interpreter.planning.robustness_plan import find_judging_metrics
 from softmark.solvers.stress_recovery.stress_measures import Sides, Tensors
 
 # incompressible neo-Hooke drawn to twice its length: sigma = mu (k^2 - 1 / k) = 70 kPa per deformed area, 35 kPa per
@@ -125,4 +125,4 @@ def test_the_stated_error_holds_what_the_truth_would_give(tmp_path: Path) -> Non
 def test_it_can_tell_right_from_wrong() -> None:
     """As every error relative to a model, it judges a walk to the edges of another."""
     scene = softmark.loads(BAR + "metric much = stress(top)\n").scene
-    assert list(judges(scene)) == ["gap"]
+    assert list(find_judging_metrics(scene)) == ["gap"]

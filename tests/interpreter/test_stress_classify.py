@@ -110,7 +110,7 @@ def test_a_truth_that_cannot_be_built_refuses_nobody() -> None:
 def test_a_locking_truth_judges_nothing(tmp_path: Any) -> None:
     """The task asks the model that is taken as right what it states, and one that cannot be built is no fault."""
     import softmark
-    from softmark.interpreter.planning.robustness_plan import asked_of
+    from softmark.interpreter.planning.robustness_plan import resolve_study
     from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
     from softmark.interpreter.study.configurations.configuration_task import perform
     from softmark.interpreter.study.robustness.robustness_points import Ground
@@ -127,7 +127,7 @@ probe    axis = line(beam, from = (0, 10, 10) mm, to = (40, 10, 10) mm, points =
 metric   eta  = energy_norm(axis, against = fine)
 """
     scene = softmark.loads(text).scene
-    ground = Ground(SceneSubject("a", scene, tmp_path), asked_of(scene, None))
+    ground = Ground(SceneSubject("a", scene, tmp_path), resolve_study(scene, None))
     found = lean(perform(ground.task((), "same")))
     known = classify(found, "eta", WITHIN, uncertainty_of(found, "fine", "axis"))
     assert known.error is not None

@@ -7,9 +7,9 @@ import pytest
 import softmark
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.parameter_overrides import read_override
-from softmark.interpreter.planning.robustness_plan import asked_of
+from softmark.interpreter.planning.robustness_plan import resolve_study
 from softmark.interpreter.planning.sweep_expansion import value_in
-from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, usual
+from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, default_quantities
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of
 from softmark.interpreter.study.configurations.configuration_task import perform
 from softmark.interpreter.study.robustness.robustness_points import Ground
@@ -111,7 +111,7 @@ def test_a_vector_is_multiplied(scene: Scene) -> None:
 
 
 def test_the_usual_numbers(scene: Scene) -> None:
-    assert [q.name for q in usual(scene)] == [
+    assert [q.name for q in default_quantities(scene)] == [
         "L", "nu", "shift", "gel.young", "gel.poisson", "gel.density", "weight.magnitude", "push.vector", "tet.size",
         "rod.segments", "tet.precision", "sag.tolerance",
     ]  # fmt: skip
@@ -122,7 +122,7 @@ def test_a_model_is_refused_for_its_own_errors_alone() -> None:
     text = "\n".join(line for line in BEAM.splitlines() if "push" not in line)
     text = text.replace("against = rod", "against = theory")
     study = softmark.loads(text + "\nstudy s = stability(over = [gel.density, tet.size, loose])").scene
-    ground = Ground(subject_of(study), asked_of(study, study.declared["s"]))
+    ground = Ground(subject_of(study), resolve_study(study, study.declared["s"]))
     fine = ground.values({"tet.size": 1e-5})
     refused = ground.refusal(fine, "tet")
     assert refused is not None

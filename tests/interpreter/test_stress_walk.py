@@ -26,7 +26,7 @@ def walked(way: Ladder, model: Model, until: Until = "failure") -> tuple[Walk, l
 
 
 def up(nominal: float, limit: float) -> Ladder:
-    found = parameter_scale.multiplied(nominal, limit, "up" if abs(limit) > abs(nominal) else "down")
+    found = parameter_scale.logarithmic_ladder(nominal, limit, "up" if abs(limit) > abs(nominal) else "down")
     assert found is not None
     return found
 
@@ -43,7 +43,7 @@ def test_factors_go_by_decades_and_end_at_the_limit() -> None:
 def test_a_short_way_has_three_rungs() -> None:
     """1 to 4: by the cube root of 4, 1.5874, to six digits."""
     assert [up(1.0, 4.0).at(t) for t in up(1.0, 4.0).rungs] == [1.5874, 2.51984, 4.0]
-    assert parameter_scale.multiplied(2.0, 2.0, "up") is None
+    assert parameter_scale.logarithmic_ladder(2.0, 2.0, "up") is None
 
 
 def test_negative_numbers_stay_negative() -> None:
@@ -51,7 +51,7 @@ def test_negative_numbers_stay_negative() -> None:
 
 
 def test_poisson_goes_by_decades_of_what_is_missing_and_to_one_half_itself() -> None:
-    way = parameter_scale.closing(0.3)
+    way = parameter_scale.poisson_ladder(0.3)
     assert way is not None
     values = [way.at(t) for t in way.rungs]
     assert [0.5 - v for v in values[:-1]] == pytest.approx([10.0**-k for k in range(1, 10)], rel=1e-6)
@@ -60,21 +60,21 @@ def test_poisson_goes_by_decades_of_what_is_missing_and_to_one_half_itself() -> 
 
 
 def test_poisson_in_a_range_ends_at_its_end() -> None:
-    way = parameter_scale.closing(0.49, 0.49999)
+    way = parameter_scale.poisson_ladder(0.49, 0.49999)
     assert way is not None
     assert [way.at(t) for t in way.rungs] == pytest.approx([0.499, 0.4999, 0.49999], abs=1e-12)
-    assert parameter_scale.closing(0.49999, 0.49999) is None
+    assert parameter_scale.poisson_ladder(0.49999, 0.49999) is None
 
 
 def test_from_zero_goes_by_decades_of_the_end() -> None:
-    way = parameter_scale.from_zero(1e6, "up")
+    way = parameter_scale.decades_from_zero(1e6, "up")
     assert [way.at(t) for t in (0.0, *way.rungs)] == [0.0, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]
-    assert parameter_scale.from_zero(-3.0, "down").at(7) == -3.0
+    assert parameter_scale.decades_from_zero(-3.0, "down").at(7) == -3.0
 
 
 def test_whole_numbers_double_and_halve() -> None:
     def values(a: int, b: int) -> list[float]:
-        way = parameter_scale.doubled(a, b, "up" if b > a else "down")
+        way = parameter_scale.doubling_ladder(a, b, "up" if b > a else "down")
         return [] if way is None else [way.at(t) for t in way.rungs]
 
     assert values(20, 1) == [10.0, 5.0, 2.0, 1.0]
@@ -148,7 +148,7 @@ def test_what_is_out_of_time_is_not_bisected() -> None:
 
 
 def test_whole_numbers_are_bisected_to_neighbours() -> None:
-    way = parameter_scale.doubled(16, 1, "down")
+    way = parameter_scale.doubling_ladder(16, 1, "down")
     assert way is not None
     walk, _ = walked(way, lambda v: "right" if v >= 3 else "inaccurate")
     found = walk.edge()

@@ -28,7 +28,7 @@ def classified(word: str) -> Classified:
 
 def walked(rule: Callable[[float], str]) -> list[StressEdge]:
     """The edges of a walk of Poisson's ratio from 0.4 down to 0 and up to 0.499, by the class that each value has."""
-    ways, found = (parameter_scale.stretched(0.4, 0.0, "down"), parameter_scale.closing(0.4, 0.499)), []
+    ways, found = (parameter_scale.linear_ladder(0.4, 0.0, "down"), parameter_scale.poisson_ladder(0.4, 0.499)), []
     for way in ways:
         assert way is not None
         walk = Walk(way, "failure", {0.0: PointClass.of(rule(0.4), "converged")})

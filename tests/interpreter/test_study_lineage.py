@@ -12,7 +12,7 @@ import pytest
 
 import softmark
 from softmark.interpreter.language.parameter_overrides import read_overrides
-from softmark.interpreter.planning.varied_quantities import usual
+from softmark.interpreter.planning.varied_quantities import default_quantities
 from softmark.interpreter.study.analysis import refinement_convergence
 from softmark.interpreter.study.analysis.comparison_point import ComparedPoint
 from softmark.interpreter.study.analysis.refinement_convergence import Refinement, refinement_of
@@ -225,7 +225,7 @@ def test_friction_changes_the_problem_and_is_walked() -> None:
     """Models of other frictions are not ranked together; what a scene gives of a contact is a quantity of `stress`."""
     rough, smooth = (resolved(RUBBED, "cubes", *o)["problem"] for o in ((), ("touch.friction=0.1",)))
     assert rough != smooth
-    assert "touch.friction" in {q.name for q in usual(softmark.loads(RUBBED).scene)}
+    assert "touch.friction" in {q.name for q in default_quantities(softmark.loads(RUBBED).scene)}
 
 
 def test_a_parameter_refines_what_uses_it_and_a_length_changes_the_problem() -> None:

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import softmark
-from softmark.solvers.energies.rod_kinematics import Segments
+from softmark.solvers.energies.rod_kinematics import RodElements
 from softmark.solvers.energies.rod_tendons import RodTendons
 
 BODY = """material gum = linear_elastic(young = 1.8 MPa, poisson = 0.3, density = 1000 kg/m^3)
@@ -153,9 +153,9 @@ def test_in_states_and_in_motion_it_follows_its_course() -> None:
 
 def test_a_tendon_that_pulls_otherwise_than_it_should_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its pull taken a thousandth too large, forces and tangents alike: by other formulas it does not balance."""
-    right = RodTendons._ways
+    right = RodTendons._directions
 
-    def wrong(tendons: RodTendons, segments: Segments) -> tuple[np.ndarray, np.ndarray]:
+    def wrong(tendons: RodTendons, segments: RodElements) -> tuple[np.ndarray, np.ndarray]:
         y, size = right(tendons, segments)
         return 1.001 * y, size
 

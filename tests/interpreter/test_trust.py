@@ -198,7 +198,7 @@ def test_files_lead_nowhere_but_into_their_folder(tmp_path: Path) -> None:
     for form, told in (("Binary", "../outside.bin"), ("Binary", str(tmp_path / "outside.bin")), ("&#66;inary", "x")):
         (home / "a.xdmf").write_text(item.format("Format", form, told))
         with pytest.raises(mesh_reader.UnreadableMesh, match="another file"):
-            mesh_reader.read(str(home / "a.xdmf"), 1.0)
+            mesh_reader.read_cells(str(home / "a.xdmf"), 1.0)
         with pytest.raises(Unreadable):
             readers.read(home / "a.xdmf")
     series = '<VTKFile><Collection><DataSet file="{}"/></Collection></VTKFile>'
@@ -223,10 +223,10 @@ def test_files_lead_nowhere_but_into_their_folder(tmp_path: Path) -> None:
     (tmp_path / "b.ele").write_text("1 4 0\n1 1 2 3 4\n")
     (home / "a.ele").symlink_to(tmp_path / "b.ele")
     with pytest.raises(mesh_reader.UnreadableMesh, match="outside the folder"):
-        mesh_reader.read(str(home / "a.node"), 1.0)
+        mesh_reader.read_cells(str(home / "a.node"), 1.0)
     (home / "a.ele").unlink()
     shutil.copy(tmp_path / "b.ele", home / "a.ele")
-    assert len(mesh_reader.read(str(home / "a.node"), 1.0).cells) == 1
+    assert len(mesh_reader.read_cells(str(home / "a.node"), 1.0).cells) == 1
 
 
 def test_links_of_hdf5_lead_nowhere(tmp_path: Path) -> None:

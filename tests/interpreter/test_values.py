@@ -144,13 +144,13 @@ def test_a_scene_without_values_imports_nothing_of_them() -> None:
 
 
 def test_stress_says_why_a_value_cannot_judge() -> None:
-    from softmark.interpreter.planning.robustness_plan import no_judge
+    from softmark.interpreter.planning.robustness_plan import no_judge_error
 
     scene = softmark.loads(
         ROD.replace("reference theory = simo_reissner(bar)\n", "")
         + 'reference paper = values(50 mm, uncertainty = 1 mm, source = "this test")\n'
         "metric miss = value_error(sag, against = paper)\n"
     ).scene
-    told = no_judge(scene, None, "all")
+    told = no_judge_error(scene, None, "all")
     assert "`paper` was measured of this body as it is, and says nothing of others" in told.message
     assert "reference such as `reference theory = simo_reissner(BODY)`" in told.help

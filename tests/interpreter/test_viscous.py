@@ -11,7 +11,7 @@ from loaded import loaded_by
 
 import softmark
 from softmark.interpreter.results.run_report import Report
-from softmark.solvers.energies.viscoelastic_memory import Memory
+from softmark.solvers.energies.viscoelastic_memory import ViscoelasticHistory
 
 GEL = """
 material gel   = viscous(neo_hookean_isochoric(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3), g = [0.3, 0.2],
@@ -70,8 +70,8 @@ def test_a_report_of_what_remembers_can_be_pickled() -> None:
 
 
 def test_the_watchdog_finds_a_memory_that_forgets_wrongly(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = Memory.accepted
-    monkeypatch.setattr(Memory, "accepted", lambda self, x, h: right(self, x, 1.01 * h))
+    right = ViscoelasticHistory.accepted
+    monkeypatch.setattr(ViscoelasticHistory, "accepted", lambda self, x, h: right(self, x, 1.01 * h))
     own = report(GEL + BAR + TIMED).models["cubes"]
     assert own.status == "failed"
     assert "other formulas" in own.message

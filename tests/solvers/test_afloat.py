@@ -10,15 +10,21 @@ import pytest
 from softmark.interpreter.validation.free_body_checks import HEAVY
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.facet_contact_points import inner
-from softmark.solvers.contact.free_rigid_bodies import Bodies, Free, RubbingAfloat, afloat, right_jacobian
-from softmark.solvers.contact.rigid_body_loads import Pulled
-from softmark.solvers.contact.rigid_contact import Touching
-from softmark.solvers.contact.rigid_friction import rubbing
-from softmark.solvers.contact.rigid_mass_properties import VOLUMES, volume_of
-from softmark.solvers.contact.rigid_transform import Pose, exponential
+from softmark.solvers.contact.facet_contact_points import add_points_inside_facets
+from softmark.solvers.contact.free_rigid_bodies import (
+    FreeBodyChart,
+    FreeBodyFriction,
+    FreeRigidBody,
+    make_contact_with_free_body,
+    right_jacobian,
+)
+from softmark.solvers.contact.rigid_body_loads import RigidBodyLoad
+from softmark.solvers.contact.rigid_contact import RigidContact
+from softmark.solvers.contact.rigid_friction import add_friction
+from softmark.solvers.contact.rigid_mass_properties import VOLUMES, mass_properties_of
+from softmark.solvers.contact.rigid_transform import RigidMotion, rotation_from_vector
 from softmark.solvers.contact.signed_distance import gap_of
-from softmark.solvers.contact.signed_distance.triangle_surface import Surface
+from softmark.solvers.contact.signed_distance.triangle_surface import TriangleSurface
 from softmark.solvers.mesh.revolved_bodies import Cone, Revolved
 from softmark.solvers.mesh.shapes import Box, Cylinder
 from softmark.solvers.mesh.spheres import Sphere, SphericalShell
@@ -49,7 +55,7 @@ def test_mass_of_shapes(name: str) -> None:
     """To rounding."""
     shape, V, J = KNOWN[name]
     gap: Any = gap_of(shape)
-    found = volume_of(gap)
+    found = mass_properties_of(gap)
     assert found is not None
     assert pytest.approx(V, rel=1e-12) == found.V
     assert found.principal[0] == pytest.approx(sorted(J), rel=1e-9)
@@ -64,7 +70,7 @@ def test_mass_of_a_closed_surface() -> None:
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))])
     solid: Any = gap_of(box)
-    found, right = volume_of(Surface(corners, triangles)), volume_of(solid)
+    found, right = mass_properties_of(TriangleSurface(corners, triangles)), mass_properties_of(solid)
     assert found is not None
     assert right is not None
     assert pytest.approx(right.V, rel=1e-12) == found.V
@@ -83,16 +89,16 @@ def test_forces_of_a_free_body_are_derivatives_and_balance(parts: int) -> None:
     """
     rng = np.random.default_rng(0)
     gap: Any = gap_of(Cylinder(L, R, AXIS, AT))
-    volume: Any = volume_of(gap)
+    volume: Any = mass_properties_of(gap)
     points = volume.middle + 0.5 * rng.standard_normal((9, 3))
     nodes, n = np.arange(9), 27
-    touching = Touching(nodes, points, rng.uniform(0.5, 1.0, 9), Barrier(0.8, 2.0), lambda share: gap)
+    touching = RigidContact(nodes, points, rng.uniform(0.5, 1.0, 9), Barrier(0.8, 2.0), lambda share: gap)
     if parts > 1:
-        touching = inner(touching, points, nodes.reshape(3, 3), parts)
-    body = Free(n, 2.0, 2.0 * volume.principal[0], volume.principal[1], volume.middle)
-    chart = Bodies([body])
-    chart.turned[0] = chart.turned[0] @ exponential(np.array([0.3, -0.2, 0.5]))
-    whole = Assembly(n + 6, np.zeros(0, dtype=np.int64), [touch := afloat(touching, chart, 0)], [])
+        touching = add_points_inside_facets(touching, points, nodes.reshape(3, 3), parts)
+    body = FreeRigidBody(n, 2.0, 2.0 * volume.principal[0], volume.principal[1], volume.middle)
+    chart = FreeBodyChart([body])
+    chart.turned[0] = chart.turned[0] @ rotation_from_vector(np.array([0.3, -0.2, 0.5]))
+    whole = Assembly(n + 6, np.zeros(0, dtype=np.int64), [touch := make_contact_with_free_body(touching, chart, 0)], [])
     x, h = 0.1 * rng.standard_normal(n + 6), 1e-6
     x[-3:] = 0.1, -0.2, 0.15
     ways = np.eye(n + 6)
@@ -119,16 +125,16 @@ def test_friction_of_a_free_body_is_a_derivative_and_balances(parts: int) -> Non
     """With a lag: central differences to 1e-8 of the largest, of points that stick and that slide; and no resultant."""
     rng = np.random.default_rng(3)
     gap: Any = gap_of(Cylinder(L, R, AXIS, AT))
-    volume: Any = volume_of(gap)
+    volume: Any = mass_properties_of(gap)
     points = volume.middle + 0.5 * rng.standard_normal((9, 3))
-    touching = Touching(np.arange(9), points, rng.uniform(0.5, 1.0, 9), Barrier(0.8, 2.0), lambda share: gap)
+    touching = RigidContact(np.arange(9), points, rng.uniform(0.5, 1.0, 9), Barrier(0.8, 2.0), lambda share: gap)
     if parts > 1:
-        touching = inner(touching, points, np.arange(9).reshape(3, 3), parts)
-    body = Free(27, 2.0, 2.0 * volume.principal[0], volume.principal[1], volume.middle)
-    chart = Bodies([body])
-    held = afloat(rubbing(touching, 0.5, lambda share: Pose()), chart, 0)
-    assert isinstance(held, RubbingAfloat)
-    chart.turned[0] = chart.turned[0] @ exponential(np.array([0.3, -0.2, 0.5]))
+        touching = add_points_inside_facets(touching, points, np.arange(9).reshape(3, 3), parts)
+    body = FreeRigidBody(27, 2.0, 2.0 * volume.principal[0], volume.principal[1], volume.middle)
+    chart = FreeBodyChart([body])
+    held = make_contact_with_free_body(add_friction(touching, 0.5, lambda share: RigidMotion()), chart, 0)
+    assert isinstance(held, FreeBodyFriction)
+    chart.turned[0] = chart.turned[0] @ rotation_from_vector(np.array([0.3, -0.2, 0.5]))
     x, h = 0.1 * rng.standard_normal(33), 1e-6
     touch = held.lagged(x)
     x[:27] += 0.02 * rng.standard_normal(27)
@@ -152,10 +158,12 @@ def test_friction_of_a_free_body_is_a_derivative_and_balances(parts: int) -> Non
 
 def test_a_pull_at_a_free_body_is_its_force_and_its_moment() -> None:
     """About its own axes they are those in space, to rounding; the tangent by central differences to 1e-9."""
-    body = Free(2, 1.0, np.ones(3), exponential(np.array([0.4, 0.1, -0.3])), np.array([0.5, -0.2, 0.1]))
-    chart, force, moment = Bodies([body]), np.array([1.0, 2.0, -1.5]), np.array([0.3, -0.1, 0.2])
+    body = FreeRigidBody(
+        2, 1.0, np.ones(3), rotation_from_vector(np.array([0.4, 0.1, -0.3])), np.array([0.5, -0.2, 0.1])
+    )
+    chart, force, moment = FreeBodyChart([body]), np.array([1.0, 2.0, -1.5]), np.array([0.3, -0.1, 0.2])
     at = np.array([0.9, 0.3, -0.2])
-    pull = Pulled(chart, 0, force, at, moment)
+    pull = RigidBodyLoad(chart, 0, force, at, moment)
     x, h = np.array([0.0, 0.0, 0.1, 0.2, -0.1, 0.2, -0.3, 0.1]), 1e-6
 
     def gradient(x: Any) -> Any:
@@ -174,10 +182,10 @@ def test_a_pull_at_a_free_body_is_its_force_and_its_moment() -> None:
 
 def test_turns_are_counted_anew() -> None:
     """After many steps axes are those of one turn, and still of length one: to rounding."""
-    body = Free(0, 1.0, np.ones(3), np.eye(3), np.zeros(3))
-    chart, x = Bodies([body]), np.array([0.0, 0.0, 0.0, 0.02, -0.01, 0.03])
+    body = FreeRigidBody(0, 1.0, np.ones(3), np.eye(3), np.zeros(3))
+    chart, x = FreeBodyChart([body]), np.array([0.0, 0.0, 0.0, 0.02, -0.01, 0.03])
     for _ in range(1000):
         new = chart.rebase(x)
         assert not new[3:].any()
-    assert chart.turned[0] == pytest.approx(exponential(1000 * x[3:]), abs=1e-11)
+    assert chart.turned[0] == pytest.approx(rotation_from_vector(1000 * x[3:]), abs=1e-11)
     assert chart.turned[0] @ chart.turned[0].T == pytest.approx(np.eye(3), abs=1e-14)

@@ -17,7 +17,7 @@ from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.energies.external_loads import DeadForces, FollowerPressure
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.rod_section import circular
-from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, chain_elements, rod_at_rest
 from softmark.solvers.energies.spring_energy import Springs
 from softmark.solvers.linear import factorisations
 from softmark.solvers.materials import MATERIALS, Law, parts_for
@@ -216,7 +216,7 @@ def column(load: float, segments: int, **options: Any) -> Statics:
     """A rod of length 1 and radius 0.01, clamped at x = 0, pushed along itself by `load` at its free end."""
     points = np.linspace(0.0, 1.0, segments + 1)[:, None] * [1.0, 0.0, 0.0]
     rest, fixed = rod_at_rest(points), np.arange(6)
-    elastic = RodElastic(rest, chain(segments + 1), circular(0.01, 1e6, 0.3).stiffness)
+    elastic = RodElastic(rest, chain_elements(segments + 1), circular(0.01, 1e6, 0.3).stiffness)
     push = concentrated(rest, segments, np.array([-load, 0.0, 0.0]))
     held = np.zeros((segments + 1, 3), dtype=bool)
     held[0] = True

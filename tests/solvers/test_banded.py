@@ -12,7 +12,7 @@ from scipy import sparse
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import circular
-from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, chain_elements, rod_at_rest
 from softmark.solvers.linear import factorisations
 from softmark.solvers.sparse import banded_cholesky
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -25,7 +25,7 @@ def cantilever(segments: int, held: tuple[int, ...] = (0,), sag: float = 1070 * 
     rest = rod_at_rest(np.linspace(0.0, LENGTH, segments + 1)[:, None] * np.array([1.0, 0.0, 0.0]))
     section = circular(RADIUS, 60e3, 0.49)
     fixed = np.concatenate([np.arange(6) + 6 * node for node in held])
-    elements, nodes = chain(segments + 1), segments + 1
+    elements, nodes = chain_elements(segments + 1), segments + 1
     weight = RodForces.uniform(rest, elements, sag * section.area * np.array([0.0, 0.0, -1.0]))
     assembly = Assembly(6 * nodes, fixed, [RodElastic(rest, elements, section.stiffness)], [weight])
     clamped = np.zeros((nodes, 3), dtype=bool)
@@ -133,7 +133,9 @@ def test_a_rod_that_buckles_is_judged_by_its_inertia() -> None:
     critical = 7.8373 * 60e3 * section.I2 / LENGTH**3 / section.area  # N/m^3, without shear and shortening
     for part, straight in ((0.5, True), (1.2, False)):
         problem = cantilever(20)
-        up = RodForces.uniform(problem.rest, chain(21), part * critical * section.area * np.array([-1.0, 0.0, 0.0]))
+        up = RodForces.uniform(
+            problem.rest, chain_elements(21), part * critical * section.area * np.array([-1.0, 0.0, 0.0])
+        )
         elastic = problem.assembly.internal[0]
         state = equilibrium(replace(problem, assembly=Assembly(126, problem.fixed, [elastic], [up])))
         aside = np.abs(state.x.reshape(-1, 7)[:, 1:3]).max()

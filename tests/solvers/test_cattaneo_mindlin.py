@@ -10,10 +10,10 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.rigid_contact import Touching, node_areas
-from softmark.solvers.contact.rigid_friction import Rubbing, rubbing
-from softmark.solvers.contact.rigid_transform import Pose, Posed
-from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
+from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
+from softmark.solvers.contact.rigid_friction import RigidFriction, add_friction
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
+from softmark.solvers.contact.signed_distance.rounded_shapes import BallGap
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Floats, VectorSpace
 from softmark.solvers.materials import MATERIALS, law_for
@@ -23,7 +23,7 @@ from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 E, NU, MU, R, D = 1e4, 0.3, 0.5, 10e-3, 0.5e-3
 REACH, FINE = 16e-3, 2.8e-3  # half of the block, and of what is finely meshed
-BALL = Ball(R, (0.0, 0.0, R))
+BALL = BallGap(R, (0.0, 0.0, R))
 
 
 def graded(fine: float, size: float) -> Floats:
@@ -59,22 +59,22 @@ class Bench:
         near = (np.abs(corners[..., 2]) < 1e-12).all(axis=1) & (np.hypot(*corners.mean(axis=1).T[:2]) < 3.6e-3)
         facets = mesh.facets[near]
         nodes, areas = node_areas(mesh.points, facets, mesh.element.facet.triangles)
-        self.bare = Touching(nodes, mesh.points[nodes], areas, Barrier(3e-7, 0.5 * E), lambda share: BALL)
+        self.bare = RigidContact(nodes, mesh.points[nodes], areas, Barrier(3e-7, 0.5 * E), lambda share: BALL)
         held = np.zeros(mesh.points.shape, dtype=np.bool_)
         held[mesh.points[:, 2] < 1e-12 - REACH] = True
         held[mesh.points[:, 1] < 1e-12, 1] = True
         self.fixed = np.flatnonzero(held)
 
-    def posed(self, pose: Pose) -> Touching:
+    def posed(self, pose: RigidMotion) -> RigidContact:
         """The ball somewhere, without friction."""
-        return replace(self.bare, posed=lambda share: Posed(BALL, pose.at(share)))
+        return replace(self.bare, posed=lambda share: MovedGap(BALL, pose.at(share)))
 
-    def rubbing(self, pose: Pose, anchors: Floats, earlier: Pose) -> Rubbing:
+    def rubbing(self, pose: RigidMotion, anchors: Floats, earlier: RigidMotion) -> RigidFriction:
         """With friction, gone on from an earlier pose."""
-        made = rubbing(self.posed(pose), MU, pose.at)
-        return replace(made, anchors=anchors, earlier=Posed(BALL, earlier))
+        made = add_friction(self.posed(pose), MU, pose.at)
+        return replace(made, anchors=anchors, earlier=MovedGap(BALL, earlier))
 
-    def solved(self, contact: Touching, start: Floats | None) -> Floats:
+    def solved(self, contact: RigidContact, start: Floats | None) -> Floats:
         """Displacements (dofs,), m."""
         dofs = self.mesh.points.size
         assembly = Assembly(dofs, self.fixed, [self.elastic], [contact], self.mesh.points)
@@ -94,11 +94,11 @@ class Sheared(NamedTuple):
 
 def sheared(size: float, travel: list[float]) -> list[Sheared]:
     """Pressed without friction, and then sheared with it in states of a travel, m."""
-    bench, pose = Bench(size), Pose((0.0, 0.0, -D))
+    bench, pose = Bench(size), RigidMotion((0.0, 0.0, -D))
     x = bench.solved(bench.posed(pose), None)
     anchors, found = pose.back(bench.bare.places(x)), []
     for way in travel:
-        there = Pose((way, 0.0, -D))
+        there = RigidMotion((way, 0.0, -D))
         contact, pose = bench.rubbing(there, anchors, pose), there
         x = bench.solved(contact, x)
         f, slip = contact.forces(x).sum(axis=0), contact.slip(x)

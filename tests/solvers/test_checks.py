@@ -20,7 +20,7 @@ from softmark.solvers.energies.geometrically_exact_rod import RodElastic
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodStiffness
-from softmark.solvers.energies.rod_state import RodSpace, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.energies.spring_energy import Springs
 from softmark.solvers.independent_forces import solid_forces
 from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
@@ -271,7 +271,7 @@ def test_forces_of_rods() -> None:
     x = RodSpace(n).move(rest, 0.3 * rng.standard_normal(6 * n))
     C = RodStiffness(50.0, 20.0, 30.0, 0.5, 1.0, 2.0)
     g = np.zeros(6 * n)
-    RodElastic(rest, chain(n), C).add_gradient(x, g)
+    RodElastic(rest, chain_elements(n), C).add_gradient(x, g)
     R = rotation(x.reshape(-1, 7)[:, 3:])
     space = g.reshape(n, 6).copy()
     space[:, 3:] = np.einsum("nij,nj->ni", R, space[:, 3:])

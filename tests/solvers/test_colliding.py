@@ -7,7 +7,7 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.single_precision import SingleAssembly
-from softmark.solvers.contact.contact_surface import pieces_of, skin_of
+from softmark.solvers.contact.contact_surface import build_contact_surface, number_mesh_pieces
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.independent_forces.self_intersection import crossings
@@ -20,7 +20,7 @@ from softmark.solvers.mesh.shapes import Box
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 pytest.importorskip("ipctk")
-from softmark.solvers.contact.deformable_contact import Colliding
+from softmark.solvers.contact.deformable_contact import IpcContact
 
 GAP = 2e-3
 
@@ -53,7 +53,7 @@ def test_derivatives(kind, depth, alone):
     flat = kind.startswith(("quad", "tri"))
     mesh = slices(kind) if flat else blocks(kind)
     n = mesh.points.size
-    e = Colliding(skin_of(mesh, n, 3, None, flat, depth), 2 * GAP, 100.0, alone)
+    e = IpcContact(build_contact_surface(mesh, n, 3, None, flat, depth), 2 * GAP, 100.0, alone)
     x, d = 2e-4 * np.random.default_rng(1).standard_normal(n), np.random.default_rng(2).standard_normal(n)
     h = 1e-8
 
@@ -79,7 +79,7 @@ def test_single_precision_has_their_stiffness_too():
     elastic = Elastic(
         mesh.cells, parts_of.dNdX, parts_of.w, law_for(NeoHookean(young=1.0, poisson=0.3, density=1.0), "finite")
     )
-    e = Colliding(skin_of(mesh, n, 3, between(mesh)), 2 * GAP, 100.0, True)
+    e = IpcContact(build_contact_surface(mesh, n, 3, between(mesh)), 2 * GAP, 100.0, True)
     whole = Assembly(n, np.zeros(0, dtype=np.int64), [elastic, e], [])
     x = (2e-4 * np.random.default_rng(1).standard_normal(n)).astype(np.float32)
     K, known = SingleAssembly.of(whole).tangent(x, 1.0), whole.tangent(x.astype(np.float64), 1.0)
@@ -95,7 +95,7 @@ def pressed(kind, parts, down=0.05):
     law = law_for(NeoHookean(young=1.0, poisson=0.3, density=1.0), "finite")
     parts_of = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts_of.dNdX, parts_of.w, law)
-    e = Colliding(skin_of(mesh, n, parts, between(mesh)), GAP, 0.1, True)
+    e = IpcContact(build_contact_surface(mesh, n, parts, between(mesh)), GAP, 0.1, True)
     lid = 3 * np.flatnonzero(P[:, 2] > 2.0 + GAP - 1e-9) + 2
     floor = 3 * np.flatnonzero(P[:, 2] < 1e-9) + 2
     walls = (3 * np.flatnonzero(P[:, i] < 1e-9) + i for i in (0, 1))
@@ -140,9 +140,9 @@ def test_steps_end_before_faces_meet():
     """A motion of one block through the other is cut; what is left of it ends with a gap."""
     mesh = blocks("tet4")
     n = mesh.points.size
-    e = Colliding(skin_of(mesh, n, 2), GAP, 1.0, True)
+    e = IpcContact(build_contact_surface(mesh, n, 2), GAP, 1.0, True)
     d = np.zeros((len(mesh.points), 3))
-    d[pieces_of(mesh) == 1, 2] = -0.5
+    d[number_mesh_pieces(mesh) == 1, 2] = -0.5
     share = e.limit(np.zeros(n), d.ravel())
     assert 0.5 * GAP < 0.5 * share < GAP
     assert not e.intersects(share * d.ravel())
@@ -171,7 +171,7 @@ def test_a_slice_is_pressed_alike_through_its_thickness(kind):
     forces between squares pressed by a twentieth were a third too small in quad8, two thirds in tri6.
     """
     mesh = slices(kind)
-    skin = skin_of(mesh, mesh.points.size, 3, None, True)
+    skin = build_contact_surface(mesh, mesh.points.size, 3, None, True)
     z = mesh.points[:, 2] - mesh.points[:, 2].mean()
     x = np.zeros((len(z), 3))
     x[:, 1] = 0.01 * ((z / z.max()) ** 2 - 1.0 / 3.0)

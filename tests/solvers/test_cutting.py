@@ -9,11 +9,11 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.facet_contact_points import facing
-from softmark.solvers.contact.facet_penetration import _normal, cuts
-from softmark.solvers.contact.rigid_contact import Touching, node_areas
-from softmark.solvers.contact.rigid_friction import rubbing
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.facet_contact_points import select_penetrating_facets
+from softmark.solvers.contact.facet_penetration import _common_normal, find_penetrating_points
+from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
+from softmark.solvers.contact.rigid_friction import add_friction
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.mesh.shapes import Box
 
@@ -23,19 +23,26 @@ REST = np.zeros(12)
 
 
 def touching(
-    size: tuple[float, float, float], origin: tuple[float, float, float], pose: Pose | None = None
-) -> Touching:
+    size: tuple[float, float, float], origin: tuple[float, float, float], pose: RigidMotion | None = None
+) -> RigidContact:
     """A square of two triangles, and a box under it that is somewhere."""
     gap: Any = gap_of(Box(size, origin=origin))
-    body = Posed(gap, Pose() if pose is None else pose)
+    body = MovedGap(gap, RigidMotion() if pose is None else pose)
     nodes, areas = node_areas(X, TRIANGLES, ((0, 1, 2),))
-    return Touching(nodes, X[nodes], areas, Barrier(1e-3, 1.0), lambda share: body, facing=facing(X, TRIANGLES, 1))
+    return RigidContact(
+        nodes,
+        X[nodes],
+        areas,
+        Barrier(1e-3, 1.0),
+        lambda share: body,
+        facing=select_penetrating_facets(X, TRIANGLES, 1),
+    )
 
 
 def test_a_point_half_way_between_sides_has_a_normal_of_one_of_them() -> None:
     """A trial step may bring a facet as deep as the middle of a box, where the normals around it cancel."""
     around = np.vstack([np.eye(3)[:2], -np.eye(3)[:2]])
-    found = _normal(1e-5 * around, around)
+    found = _common_normal(1e-5 * around, around)
     assert np.linalg.norm(found) == pytest.approx(1.0)
 
 
@@ -44,9 +51,9 @@ def test_an_edge_that_lies_across_is_met_where_it_leaves() -> None:
 
     It leaves the square at x = 0.3, and crosses the diagonal there: planes lie across the facet, at its depth.
     """
-    turned = Pose((0.3, 0.0, 0.05 - np.sqrt(0.5)), (0.0, np.pi / 4, 0.0))
+    turned = RigidMotion((0.3, 0.0, 0.05 - np.sqrt(0.5)), (0.0, np.pi / 4, 0.0))
     contact = touching((1.0, 4.0, 1.0), (-0.5, -2.0, -0.5), turned)
-    found = cuts(contact, REST)
+    found = find_penetrating_points(contact, REST)
     assert found is not None
     assert found.points.X[:, 0] == pytest.approx(0.3, abs=1e-4)  # as finely as is looked: 2e-5 of a side
     assert set(np.round(found.points.X[:, 1], 3)) == {0.0, 0.3, 1.0}
@@ -60,9 +67,9 @@ def test_a_corner_is_met_within_a_facet() -> None:
     """One of a box that stands on its diagonal, 0.02 above: at the corner, along the normal of the facet."""
     about = np.cross([1.0, 1.0, 1.0], [0.0, 0.0, 1.0])
     turn = np.arccos(3.0**-0.5) * about / np.linalg.norm(about)
-    pose = Pose((0.7, 0.2, 0.02 - np.sqrt(0.75)), tuple(turn.tolist()))
+    pose = RigidMotion((0.7, 0.2, 0.02 - np.sqrt(0.75)), tuple(turn.tolist()))
     contact = touching((1.0, 1.0, 1.0), (-0.5, -0.5, -0.5), pose)
-    found = cuts(contact, REST)
+    found = find_penetrating_points(contact, REST)
     assert found is not None
     inside = found.which < len(TRIANGLES)
     assert inside.sum() == 1
@@ -72,16 +79,16 @@ def test_a_corner_is_met_within_a_facet() -> None:
 
 
 def test_nothing_joins_where_nothing_cuts() -> None:
-    assert cuts(touching((1.0, 4.0, 1.0), (-0.5, -2.0, -1.1)), REST) is None
+    assert find_penetrating_points(touching((1.0, 4.0, 1.0), (-0.5, -2.0, -1.1)), REST) is None
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_forces_of_what_joins_are_derivatives(friction: float) -> None:
     """Central differences, with friction those of the lag, which has an energy: to 1e-6 of the largest entry."""
-    turned = Pose((0.3, 0.0, 0.05 - np.sqrt(0.5)), (0.0, np.pi / 4, 0.0))
+    turned = RigidMotion((0.3, 0.0, 0.05 - np.sqrt(0.5)), (0.0, np.pi / 4, 0.0))
     contact = touching((1.0, 4.0, 1.0), (-0.5, -2.0, -0.5), turned)
-    made: Any = rubbing(contact, friction, lambda share: turned) if friction else contact
-    made = made.joining(cuts(contact, REST), REST)
+    made: Any = add_friction(contact, friction, lambda share: turned) if friction else contact
+    made = made.joining(find_penetrating_points(contact, REST), REST)
     x = np.tile([0.0, 0.0, 0.0505], 4) + 1e-4 * np.random.default_rng(2).standard_normal(12)
     assert (made.pressures(x)[made.lasting :] > 0.0).all()
     made = made.lagged(x) if friction else made

@@ -13,7 +13,7 @@ from softmark.solvers.energies.elastic_energy import EnergySum
 from softmark.solvers.energies.energy import Energy, LaggedTangentEnergy
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.mixed_displacement_pressure import MixedSolid
-from softmark.solvers.energies.poroelastic import Seeping
+from softmark.solvers.energies.poroelastic import PoroelasticSolid
 
 METHODS = {"value", "add_gradient", "add_hessian"}
 KNOWN = sorted(
@@ -40,7 +40,7 @@ def test_every_energy_derives_from_energy(cls: type[Energy]) -> None:
 
 
 def test_which_energies_are_otherwise() -> None:
-    assert {MixedSolid.__name__, Seeping.__name__} == {cls.__name__ for cls in KNOWN if cls.saddle}
+    assert {MixedSolid.__name__, PoroelasticSolid.__name__} == {cls.__name__ for cls in KNOWN if cls.saddle}
     assert EnergySum in KNOWN
     assert len(KNOWN) >= 12
     assert not DeadForces.saddle

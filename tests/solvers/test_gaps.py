@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import GAPS, gap_of
 from softmark.solvers.contact.signed_distance.distance_function import Gap
-from softmark.solvers.contact.signed_distance.triangle_surface import Surface
+from softmark.solvers.contact.signed_distance.triangle_surface import TriangleSurface
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 from softmark.solvers.mesh.files.triangle_proximity import closest_points
 from softmark.solvers.mesh.mesh import Floats
@@ -52,7 +52,7 @@ STEP = 1e-6  # of differences: of second order, so that 1e-12 / 1e-2 is left at 
 def gap(kind: str) -> Gap:
     if kind in SURFACES:
         shape, size = SURFACES[kind]
-        return Surface(*shape.surface(size))
+        return TriangleSurface(*shape.surface(size))
     made = gap_of(KINDS[kind])
     assert made is not None
     return made
@@ -218,7 +218,7 @@ def test_edges_tips_axes_and_middles_have_finite_values(kind: str) -> None:
     if shape is not None and hasattr(shape, "origin"):
         X += [np.array(shape.origin) + s * axis for s in (-1.0, 0.0, 0.2, 0.5, 1.0, 2.0, 3.0)]
         X += [np.array(end) for end in shape.bounds or ()]
-    if isinstance(own, Surface):
+    if isinstance(own, TriangleSurface):
         X += [*own.points, *own.corners.mean(axis=1), *(0.5 * (own.corners[:, 0] + own.corners[:, 1]))]
     g, n, H = own.look(np.array(X))
     assert np.isfinite(g).all()
@@ -238,9 +238,9 @@ def test_how_sharp() -> None:
         "cone": 0.0,
     }
     assert {kind: gap(kind).sharpest for kind in known} == pytest.approx(known)
-    ball = Surface(*Sphere(1.0).surface(0.1)).sharpest
+    ball = TriangleSurface(*Sphere(1.0).surface(0.1)).sharpest
     assert 0.2 < ball < 1.5, "of what triangles stand for, by their narrowest pair"
-    assert Surface(*BRICK.surface(0.5)).sharpest == 0.0
+    assert TriangleSurface(*BRICK.surface(0.5)).sharpest == 0.0
 
 
 # ------------------------------------------------------------------ which shapes have one
@@ -278,7 +278,7 @@ def test_a_box_in_a_file_is_that_box(word: str, tmp_path: Path) -> None:
 def test_the_closest_triangle_is_the_closest_of_all(kind: str) -> None:
     """By the points that all pairs give."""
     own, X = gap(kind), places(9, 300)
-    assert isinstance(own, Surface)
+    assert isinstance(own, TriangleSurface)
     far = closest_points(X, own.points, own.triangles, 10.0)[1]
     np.testing.assert_allclose(np.abs(own.gap(X)), far, atol=1e-14)
 
@@ -287,7 +287,7 @@ def test_a_finer_surface_of_a_ball_comes_to_the_ball() -> None:
     """Facets are inscribed by h^2 / 8 R: the gap exceeds that to the ball by no more, inside and out."""
     X, away = places(10), []
     for size in (0.4, 0.2):
-        own = Surface(*Sphere(1.0).surface(size))
+        own = TriangleSurface(*Sphere(1.0).surface(size))
         more = own.gap(X) - (np.linalg.norm(X, axis=1) - 1.0)
         assert more.min() > -1e-12
         away.append(more.max())
@@ -326,19 +326,19 @@ def test_a_pose_turns_about_its_point() -> None:
     """Against scipy's rotation; and back again."""
     from scipy.spatial.transform import Rotation
 
-    pose, X = Pose((1.0, 2.0, 3.0), (0.3, -0.5, 0.9), (0.5, 0.0, -1.0)), places(11, 50)
+    pose, X = RigidMotion((1.0, 2.0, 3.0), (0.3, -0.5, 0.9), (0.5, 0.0, -1.0)), places(11, 50)
     c = np.array(pose.about)
     x = Rotation.from_rotvec(pose.rotation).apply(X - c) + c + np.array(pose.shift)
     np.testing.assert_allclose(pose.moved(X), x, atol=1e-14)
     np.testing.assert_allclose(pose.back(x), X, atol=1e-14)
     half = pose.at(0.5)
-    again = Pose((0.0, 0.0, 0.0), half.rotation, half.about).moved(
-        Pose((0.0, 0.0, 0.0), half.rotation, half.about).moved(X)
+    again = RigidMotion((0.0, 0.0, 0.0), half.rotation, half.about).moved(
+        RigidMotion((0.0, 0.0, 0.0), half.rotation, half.about).moved(X)
     )
     np.testing.assert_allclose(again + np.array(pose.shift), x, atol=1e-14)
-    np.testing.assert_allclose(Pose((1.0, 0.0, 0.0)).back(X), X - [1.0, 0.0, 0.0])
+    np.testing.assert_allclose(RigidMotion((1.0, 0.0, 0.0)).back(X), X - [1.0, 0.0, 0.0])
     np.testing.assert_allclose(
-        Pose(rotation=(1e-9, 0.0, 0.0)).moved(X), X + 1e-9 * np.cross([1.0, 0.0, 0.0], X), atol=1e-16
+        RigidMotion(rotation=(1e-9, 0.0, 0.0)).moved(X), X + 1e-9 * np.cross([1.0, 0.0, 0.0], X), atol=1e-16
     )
 
 
@@ -348,7 +348,7 @@ def test_a_shape_that_is_turned_is_the_shape_declared_so() -> None:
     lying = gap_of(Cone(2.0, 0.9, 0.3, (0.0, -1.0, 0.0), (1.2, 1.0, 2.0)))
     assert upright is not None
     assert lying is not None
-    posed, X = Posed(upright, Pose((1.0, 1.0, 2.0), (0.5 * math.pi, 0.0, 0.0))), places(12)
+    posed, X = MovedGap(upright, RigidMotion((1.0, 1.0, 2.0), (0.5 * math.pi, 0.0, 0.0))), places(12)
     for found, known in zip(posed.look(X), lying.look(X), strict=True):
         np.testing.assert_allclose(found, known, atol=1e-9)  # of a Hessian at 1e-3 of an edge
     np.testing.assert_allclose(posed.gap(X), lying.gap(X), atol=1e-14)
@@ -358,7 +358,7 @@ def test_a_shape_that_is_turned_is_the_shape_declared_so() -> None:
 
 @pytest.mark.parametrize("kind", ALL)
 def test_turned_gaps_keep_the_laws(kind: str) -> None:
-    own, X = Posed(gap(kind), Pose((0.1, -0.2, 0.3), (0.7, 0.2, -0.4), (0.3, 0.0, 0.1))), places(13, 1000)
+    own, X = MovedGap(gap(kind), RigidMotion((0.1, -0.2, 0.3), (0.7, 0.2, -0.4), (0.3, 0.0, 0.1))), places(13, 1000)
     far = smooth(own, X)
     g, n, H = own.look(far)
     np.testing.assert_allclose(g, own.gap(far), atol=1e-14)

@@ -11,10 +11,10 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.facet_contact_points import facing, inner
-from softmark.solvers.contact.rigid_contact import Touching, node_areas
-from softmark.solvers.contact.rigid_friction import rubbing
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.facet_contact_points import add_points_inside_facets, select_penetrating_facets
+from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
+from softmark.solvers.contact.rigid_friction import add_friction
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_contact import Impact, Seen, bounces
@@ -56,7 +56,7 @@ def bar(energy: Energies, law: Law, name: str, rigid: Callable[[float], Any], sp
     mesh = Box((1.0, H, H), origin=(AWAY, 0.0, 0.0)).mesh("hex8", H)
     nodes = np.flatnonzero(mesh.points[:, 0] < AWAY + 1e-9)
     areas = np.full(len(nodes), H * H / len(nodes))
-    touching = Touching(nodes, mesh.points[nodes], areas, Barrier(THIN, 0.5), rigid)
+    touching = RigidContact(nodes, mesh.points[nodes], areas, Barrier(THIN, 0.5), rigid)
     v = np.tile((-speed, 0.0, 0.0), len(mesh.points))
     assembly = Assembly(v.size, np.zeros(0, dtype=np.int64), [energy(mesh, law)], [touching])
     zero = np.zeros_like(v)
@@ -66,7 +66,7 @@ def bar(energy: Energies, law: Law, name: str, rigid: Callable[[float], Any], sp
 def wall(shift: Callable[[float], float] = lambda t: 0.0) -> Callable[[float], Any]:
     gap = gap_of(HalfSpace(normal=(1.0, 0.0, 0.0)))
     assert gap is not None
-    return lambda t: Posed(gap, Pose((shift(t), 0.0, 0.0)))
+    return lambda t: MovedGap(gap, RigidMotion((shift(t), 0.0, 0.0)))
 
 
 def total(energies: dict[str, Any]) -> Any:
@@ -166,8 +166,8 @@ def test_forces_of_points_inside_facets_are_the_derivatives_of_their_energy() ->
     triangles = np.array([[0, 1, 2], [0, 2, 3]])
     gap = gap_of(Box((0.4, 0.4, 1.0), origin=(0.2, 0.3, 0.03)))
     nodes, areas = node_areas(points, triangles, ((0, 1, 2),))
-    coarse = Touching(nodes, points[nodes], areas, Barrier(0.2, 1.0), lambda share: gap)  # type: ignore[arg-type,return-value]
-    fine = inner(coarse, points, triangles, 4)
+    coarse = RigidContact(nodes, points[nodes], areas, Barrier(0.2, 1.0), lambda share: gap)  # type: ignore[arg-type,return-value]
+    fine = add_points_inside_facets(coarse, points, triangles, 4)
     rest = np.zeros(12)
     assert fine.A.sum() == pytest.approx(1.0)
     assert fine.gaps(rest).min() < 0.05 < 0.2 < coarse.gaps(rest).min()  # nodes see nothing of it
@@ -185,7 +185,7 @@ def test_forces_of_points_inside_facets_are_the_derivatives_of_their_energy() ->
 
 def dropped(
     law: Maker, elastic: Energies, name: str, uncut: bool = True, friction: float = 0.0
-) -> tuple[Dynamics, Touching]:
+) -> tuple[Dynamics, RigidContact]:
     """A block of 20 mm falls on a box that goes round under it, with sharp edges, between two walls and a floor."""
     mesh = Box((0.02, 0.02, 0.02), origin=(-0.01, -0.01, 0.0005)).mesh("hex8", 0.01)
     mass = mass_of(mesh, 1000.0)
@@ -194,15 +194,15 @@ def dropped(
     triangles = mesh.facets[:, np.array(mesh.element.facet.triangles)].reshape(-1, 3)
     nodes, areas = node_areas(mesh.points, triangles, ((0, 1, 2),))
 
-    def touching(posed: Callable[[float], Any]) -> Touching:
-        return Touching(nodes, mesh.points[nodes], areas, Barrier(1e-5 * mesh.extent, 1e4), posed)
+    def touching(posed: Callable[[float], Any]) -> RigidContact:
+        return RigidContact(nodes, mesh.points[nodes], areas, Barrier(1e-5 * mesh.extent, 1e4), posed)
 
     table, w = gap_of(Box((0.02, 0.06, 0.02), origin=(-0.01, -0.03, -0.02))), 4.0 * np.pi
     assert table is not None
-    way = lambda t: Pose((0.02 * np.sin(w * t), 0.0, 0.008 * (np.cos(w * t) - 1.0)))  # noqa: E731
-    edge = inner(touching(lambda t: Posed(table, way(t))), mesh.points, triangles, 4)
-    edge = replace(edge, facing=facing(mesh.points, triangles, 4) if uncut else None)
-    edge = rubbing(edge, friction, way) if friction else edge
+    way = lambda t: RigidMotion((0.02 * np.sin(w * t), 0.0, 0.008 * (np.cos(w * t) - 1.0)))  # noqa: E731
+    edge = add_points_inside_facets(touching(lambda t: MovedGap(table, way(t))), mesh.points, triangles, 4)
+    edge = replace(edge, facing=select_penetrating_facets(mesh.points, triangles, 4) if uncut else None)
+    edge = add_friction(edge, friction, way) if friction else edge
     planes = [((0, 0, 1), (0, 0, -0.014)), ((1, 0, 0), (-0.055, 0, 0)), ((-1, 0, 0), (0.055, 0, 0))]
     gaps = [gap_of(HalfSpace(normal=n, origin=o)) for n, o in planes]
     contacts = [edge, *(touching(lambda t, g=g: g) for g in gaps)]  # type: ignore[misc]
@@ -230,7 +230,7 @@ def test_a_block_dropped_on_a_corner_and_dragged_over_it(name: str, steps: int, 
     whole = edge.of[(edge.shares > 0.0).all(axis=1)]
     i, j = np.array([(i, j) for i in range(25) for j in range(25 - i)]).T
     N, count = np.stack([24 - i - j, i, j], axis=1) / 24.0, [0]
-    impact = Impact([e for e in problem.assembly.loads if isinstance(e, Touching)], problem.courses[1:], ())
+    impact = Impact([e for e in problem.assembly.loads if isinstance(e, RigidContact)], problem.courses[1:], ())
 
     def least(motion: Any) -> float:
         assert np.isfinite(motion.x).all()

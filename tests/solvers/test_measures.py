@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from softmark.solvers.energies.viscoelastic_memory import Memories, Memory
+from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory
 from softmark.solvers.materials import WORDS, law_for
 from softmark.solvers.materials.maxwell_branch_energy import OfAny, of_first
 from softmark.solvers.materials.strain_measures import Green, Measure, Shape, Small, Turned
@@ -95,7 +95,7 @@ def walked(name: str, h: float, tau: list[float]) -> tuple[list[float], float]:
     word, constants, of, strain = GELS[name]
     shares, times = SimpleNamespace(values=[0.5, 0.4]), SimpleNamespace(values=tau)
     gel = Viscous(WORDS[word](**constants, density=1.0), shares, times, of)
-    memories = Memories((Memory.at_rest(Point(law_for(gel.law, strain)), series_of(gel, strain)),))
+    memories = BodyHistory((ViscoelasticHistory.at_rest(Point(law_for(gel.law, strain)), series_of(gel, strain)),))
     rng = np.random.default_rng(3)
     ways, turns = 0.25 * rng.uniform(-1.0, 1.0, (2, 3, 3)), rng.uniform(0.5, 3.0, (2, 3, 3))
     lost, work, x, P = [], 0.0, np.eye(3), np.zeros((3, 3))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.contact_surface import pieces_of, skin_of
+from softmark.solvers.contact.contact_surface import build_contact_surface, number_mesh_pieces
 from softmark.solvers.dynamics import INTEGRATORS
 from softmark.solvers.dynamics.dynamic_problem import Dynamics
 from softmark.solvers.dynamics.mass_matrices import consistent_mass, mass_points
@@ -25,8 +25,8 @@ from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
 
 pytest.importorskip("ipctk")
-from softmark.solvers.contact.deformable_contact import Colliding
-from softmark.solvers.contact.deformable_friction import Sliding
+from softmark.solvers.contact.deformable_contact import IpcContact
+from softmark.solvers.contact.deformable_friction import DeformableFriction
 
 Maker = Callable[..., Law]
 Energies = Callable[[Mesh, Law], Elastic]
@@ -57,7 +57,7 @@ def blocks(
     top = P[:, 1] > 0.005 + 0.5 * GAP
     mass = weighed(mesh, 1000.0)
     fixed = [3 * np.arange(len(P)) + 2, *([(3 * np.flatnonzero(P[:, 1] < 1e-9)[:, None] + (0, 1)).ravel()] * floor)]
-    meets = Sliding(Colliding(skin_of(mesh, n, 3, None, True), GAP, 1e5, True, 0.01), MU)
+    meets = DeformableFriction(IpcContact(build_contact_surface(mesh, n, 3, None, True), GAP, 1e5, True, 0.01), MU)
     velocity = np.where(top[:, None], (*v, 0.0), 0.0).ravel()
     sag = DeadForces(mass @ np.tile((0.0, -G if floor else 0.0, 0.0), len(P)))
     held = np.unique(np.concatenate(fixed))
@@ -123,17 +123,17 @@ def test_blocks_in_flight_that_rub_keep_their_momentum(name: str, elastic: Energ
 
 def bars(
     energy: Energies, law: Law, name: str, friction: float, speed: float = 0.02
-) -> tuple[Any, Dynamics, Colliding]:
+) -> tuple[Any, Dynamics, IpcContact]:
     """Two of length, modulus and density 1, of which the first flies into the second; its nodes."""
     h = 0.25
     mesh = Apart(Box((1.0, h, h)), Box((1.0, h, h), (1.001, 0.0, 0.0)), 1.0).mesh("hex8", h)
     P, n = mesh.points, mesh.points.size
     near = np.flatnonzero((np.abs(P[mesh.facets][:, :, 0] - 1.0005) < 0.01).all(axis=1))
-    pressing = Colliding(skin_of(mesh, n, 2, near), 1e-4, 0.5, True)
-    first = pieces_of(mesh) == pieces_of(mesh)[np.argmin(P[:, 0])]
+    pressing = IpcContact(build_contact_surface(mesh, n, 2, near), 1e-4, 0.5, True)
+    first = number_mesh_pieces(mesh) == number_mesh_pieces(mesh)[np.argmin(P[:, 0])]
     velocity = np.where(first[:, None], (speed, 0.0, 0.0), 0.0).ravel()
     assembly = Assembly(n, np.zeros(0, dtype=np.int64), [energy(mesh, law)], [])
-    meets = Sliding(pressing, friction) if friction else pressing
+    meets = DeformableFriction(pressing, friction) if friction else pressing
     made = Dynamics(assembly, weighed(mesh, 1.0), np.zeros(n), velocity, integrator=INTEGRATORS[name](), meets=(meets,))
     return first, made, pressing
 

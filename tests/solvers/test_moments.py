@@ -12,10 +12,10 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.external_loads import FaceMoment
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
-from softmark.solvers.energies.rod_loads import RodArms, RodMoments
+from softmark.solvers.energies.rod_loads import EccentricRodForces, RodMoments
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodSection
-from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
 
 SPACE = RodSpace(3)
@@ -28,7 +28,7 @@ def bent(rng: np.random.Generator) -> tuple[Floats, Floats]:
 
 
 def loads(rest: Floats, rng: np.random.Generator) -> list[Any]:
-    arms = RodArms(rest, np.array([2, 1]), rng.standard_normal((2, 3)), rng.standard_normal((2, 3)))
+    arms = EccentricRodForces(rest, np.array([2, 1]), rng.standard_normal((2, 3)), rng.standard_normal((2, 3)))
     return [arms, RodMoments(np.array([2, 1]), rng.standard_normal((2, 3)))]
 
 
@@ -112,7 +112,7 @@ def test_an_end_moment_in_three_dimensions_is_that_of_an_initial_value_problem()
         held = np.zeros((segments + 1, 3), dtype=np.bool_)
         held[0] = True
         end = RodMoments(np.array([segments]), moment[None])
-        elastic = RodElastic(rest, chain(segments + 1), stiffness)
+        elastic = RodElastic(rest, chain_elements(segments + 1), stiffness)
         assembly = Assembly(6 * (segments + 1), fixed, [elastic], [end])
         found = equilibrium(Statics(assembly, RodChain(rest, held), rest, fixed, np.zeros(6), bold=False))
         node = found.x.reshape(-1, 7)[-1]

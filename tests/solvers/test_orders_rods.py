@@ -17,7 +17,7 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 from softmark.solvers.energies.energy import Space
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodStiffness, circular
-from softmark.solvers.energies.rod_state import RodChain, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, chain_elements, rod_at_rest
 
 TOLERANCE = 0.1  # of every order
 
@@ -56,10 +56,10 @@ def solved(length: float, segments: int, stiffness: RodStiffness, line: float, e
     rest = rod_at_rest(np.linspace([0.0, 0, 0], [length, 0, 0], segments + 1), up=np.array([0.0, 0.0, 1.0]))
     held = np.zeros((segments + 1, 3), dtype=bool)
     held[0] = True
-    load = RodForces.uniform(rest, chain(segments + 1), np.array([0.0, 0.0, -line]))
+    load = RodForces.uniform(rest, chain_elements(segments + 1), np.array([0.0, 0.0, -line]))
     if end:
         load = concentrated(rest, -1, np.array([0.0, 0.0, -end]))
-    elastic, space = RodElastic(rest, chain(segments + 1), stiffness), RodChain(rest, held)
+    elastic, space = RodElastic(rest, chain_elements(segments + 1), stiffness), RodChain(rest, held)
     x = equilibrium(elastic, load, space)
     if elastic.rigid_fraction(x) > 0:  # stretch and shear switched off: take what is left of them out
         x = equilibrium(elastic.with_multipliers(x), load, space)

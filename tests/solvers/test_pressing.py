@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from softmark.solvers.contact.axis_pressure_correction import mended
-from softmark.solvers.contact.contact_pressure_recovery import Pressing
+from softmark.solvers.contact.axis_pressure_correction import correct_axis_pressures
+from softmark.solvers.contact.contact_pressure_recovery import ContactPressure
 from softmark.solvers.elements import moment_fitted_quadrature
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.energies.energy import Floats
@@ -37,7 +37,7 @@ def test_a_uniform_pressure_is_found_whatever_the_facet(kind: str) -> None:
     """Corners of quadratic triangles carry nothing, those of serendipity squares pull: to rounding all the same."""
     points, facets = top(kind, 1.0)
     f = forces(points, facets, np.full((len(facets), 100), 7.0))
-    own = Pressing(facets, points, f, np.zeros(len(points)), 1.0)
+    own = ContactPressure(facets, points, f, np.zeros(len(points)), 1.0)
     assert own.pressures[np.unique(facets)] == pytest.approx(7.0, rel=1e-12)
     assert f.sum() == pytest.approx(7.0 * 16.0, rel=1e-12)
 
@@ -49,7 +49,7 @@ def test_what_presses_on_a_face_is_not_spread_around_its_edges(kind: str) -> Non
     points, facets = top(kind, 1.0)
     f = forces(points, facets, np.full((len(facets), 100), 7.0))
     on = np.isin(np.arange(len(points)), facets)
-    own = Pressing(mesh.facets, points, f, np.where(on, 0.0, 1.0), 1.0, on=on)
+    own = ContactPressure(mesh.facets, points, f, np.where(on, 0.0, 1.0), 1.0, on=on)
     assert own.pressures[np.unique(facets)] == pytest.approx(7.0, rel=1e-12)
     assert own.area == pytest.approx(16.0, rel=1e-12)
     assert own.border == 0.0
@@ -70,7 +70,7 @@ def test_the_circle_of_hertz_is_found_between_nodes(kind: str, size: float, most
     r = np.linalg.norm(points[:, :2], axis=1)
     q = np.maximum(r, 1.0)
     g = np.where(r >= 1.0, 0.5 * q**2 - 1.0 + ((2.0 - q**2) * np.arcsin(1.0 / q) + np.sqrt(q**2 - 1.0)) / np.pi, 0.0)
-    own = Pressing(facets, points, np.where(r < 1.0, f, 0.0), g, 0.5 * np.pi)
+    own = ContactPressure(facets, points, np.where(r < 1.0, f, 0.0), g, 0.5 * np.pi)
     assert own.area == pytest.approx(np.pi, rel=0.03)
     assert own.largest == pytest.approx(1.0, rel=most)
     edge = 0.25  # of triangles, of quadratic facets half theirs; the border is a circle of 2 pi, and crosses some twice
@@ -82,7 +82,7 @@ def test_beside_what_is_held_the_area_is_a_number() -> None:
     points, facets = top("hex8", 1.0)
     held = points[:, 0] < -2.0 + 1e-9
     f = np.where(held, 0.0, forces(points, facets, np.full((len(facets), 100), 7.0)))
-    own = Pressing(facets, points, f, np.where(held, np.inf, 0.0), 1.0)
+    own = ContactPressure(facets, points, f, np.where(held, np.inf, 0.0), 1.0)
     assert own.area == pytest.approx(16.0, rel=1e-3)
 
 
@@ -99,12 +99,12 @@ def test_what_an_axis_has_too_much_goes_back_to_its_ring(defect: float) -> None:
     p[0], p[1] = right[0] + defect, right[1] - defect / 6
     facets = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]])
     both = np.tile(np.arange(4), 2)
-    found = mended(np.tile(p, 2), np.tile(area, 2), facets, np.tile(r, 2), both)
+    found = correct_axis_pressures(np.tile(p, 2), np.tile(area, 2), facets, np.tile(r, 2), both)
     assert found[:4] == pytest.approx(found[4:])
     assert found[0] == pytest.approx(1.0, abs=0.01)
     assert area @ found[:4] == pytest.approx(area @ right)
     uniform = np.tile(np.array([1.0 + defect, 1.0 - defect / 6, 1.0, 1.0]), 2)
-    assert mended(uniform, np.tile(area, 2), facets, np.tile(r, 2), both) == pytest.approx(1.0)
+    assert correct_axis_pressures(uniform, np.tile(area, 2), facets, np.tile(r, 2), both) == pytest.approx(1.0)
 
 
 def test_an_axis_that_nothing_presses_stays_so() -> None:
@@ -113,9 +113,11 @@ def test_an_axis_that_nothing_presses_stays_so() -> None:
     facets = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]])
     ring, full = np.array([0.0, 0.0, 5.0, 1.0]), np.array([1.2, 1.0, 0.9, 0.8])
     both = np.tile(np.arange(4), 2)
-    assert mended(np.tile(ring, 2), np.tile(area, 2), facets, np.tile(r, 2), both) == pytest.approx(np.tile(ring, 2))
-    above = mended(np.tile(full, 2), np.tile(area, 2), facets, np.tile(r, 2), both)
+    assert correct_axis_pressures(np.tile(ring, 2), np.tile(area, 2), facets, np.tile(r, 2), both) == pytest.approx(
+        np.tile(ring, 2)
+    )
+    above = correct_axis_pressures(np.tile(full, 2), np.tile(area, 2), facets, np.tile(r, 2), both)
     surfaces = np.concatenate([facets, facets + 8])
     p, numbers = np.concatenate([np.tile(full, 2), np.zeros(8)]), np.concatenate([both, both + 4])
-    found = mended(p, np.tile(area, 4), surfaces, np.tile(r, 4), numbers)
+    found = correct_axis_pressures(p, np.tile(area, 4), surfaces, np.tile(r, 4), numbers)
     assert found == pytest.approx(np.concatenate([above, np.zeros(8)]))

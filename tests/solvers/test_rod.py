@@ -14,11 +14,11 @@ import pytest
 from end_force import concentrated
 
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
-from softmark.solvers.energies.rod_kinematics import Segments
+from softmark.solvers.energies.rod_kinematics import RodElements
 from softmark.solvers.energies.rod_rotation import (
-    between,
     conjugate,
     exponential,
+    interpolate_rotation,
     logarithm,
     product,
     quaternion,
@@ -28,7 +28,7 @@ from softmark.solvers.energies.rod_section import RodStiffness, circular
 from softmark.solvers.energies.rod_state import (
     RodChain,
     RodSpace,
-    chain,
+    chain_elements,
     displacement_at,
     lengths,
     rod_at_rest,
@@ -53,7 +53,7 @@ def random_state(rng: np.random.Generator, nodes: int = NODES) -> np.ndarray:
 
 def random_rod(rng: np.random.Generator) -> RodElastic:
     """A rod whose undeformed state is bent, twisted and sheared already."""
-    return RodElastic(random_state(rng), chain(NODES), UNIT)
+    return RodElastic(random_state(rng), chain_elements(NODES), UNIT)
 
 
 def gradient(elastic: RodElastic, x: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ def test_interpolation_runs_along_the_geodesic() -> None:
     """
     q = random_quaternions(np.random.default_rng(1), 1)
     phi = np.array([[0.3, -1.0, 2.0]])
-    middle = between(q, -product(q, exponential(phi)), np.array([0.3]))
+    middle = interpolate_rotation(q, -product(q, exponential(phi)), np.array([0.3]))
     np.testing.assert_allclose(rotation(middle), rotation(product(q, exponential(0.3 * phi))), atol=1e-14)
 
 
@@ -145,7 +145,7 @@ def test_derivatives_hold_at_every_relative_angle(angle: float) -> None:
     rng = np.random.default_rng(7)
     x = random_state(rng, 2).reshape(2, 7)
     x[1, 3:] = product(x[0, 3:], exponential(angle * np.array([0.6, 0.0, -0.8])))
-    elastic = RodElastic(random_state(rng, 2), chain(2), UNIT)
+    elastic = RodElastic(random_state(rng, 2), chain_elements(2), UNIT)
     numerical = derivative(lambda y: gradient(elastic, y), x.ravel())
     np.testing.assert_allclose(tangent(elastic, x.ravel()), (numerical + numerical.T) / 2, atol=2e-9)
 
@@ -155,7 +155,7 @@ def test_derivatives_hold_with_an_offset() -> None:
     rng = np.random.default_rng(16)
     stiffness = replace(UNIT, rigid=(0, 2))
     x = random_state(rng)
-    elastic = RodElastic(random_state(rng), chain(NODES), stiffness).with_multipliers(random_state(rng))
+    elastic = RodElastic(random_state(rng), chain_elements(NODES), stiffness).with_multipliers(random_state(rng))
     numerical = derivative(lambda y: np.array(elastic.value(y)), x)
     np.testing.assert_allclose(gradient(elastic, x), numerical, atol=2e-9)
     numerical = derivative(lambda y: gradient(elastic, y), x)
@@ -166,7 +166,7 @@ def test_tightening_doubles_the_forces_of_switched_off_modes_only() -> None:
     """In the same state the offset equals the strain: resultants of these modes double, others stay."""
     rng = np.random.default_rng(17)
     x = random_state(rng)
-    loose = RodElastic(random_state(rng), chain(NODES), replace(UNIT, rigid=(0, 2)))
+    loose = RodElastic(random_state(rng), chain_elements(NODES), replace(UNIT, rigid=(0, 2)))
     factor = np.array([2.0, 1.0, 2.0, 1.0, 1.0, 1.0])
     np.testing.assert_allclose(loose.with_multipliers(x).resultants(x), factor * loose.resultants(x), atol=1e-14)
     np.testing.assert_allclose(loose.with_multipliers(x).strains(x), loose.strains(x))
@@ -247,7 +247,7 @@ def test_a_free_rod_has_six_rigid_modes(bend: float) -> None:
     """Straight or curved, the stiffness at rest has exactly six zero eigenvalues: round-off, then a gap."""
     s = np.linspace(0.0, 1.0, 9)
     rest = rod_at_rest(np.stack([s, bend * s**2, bend * s**3], axis=1))
-    w = np.linalg.eigvalsh(tangent(RodElastic(rest, chain(9), UNIT), rest))
+    w = np.linalg.eigvalsh(tangent(RodElastic(rest, chain_elements(9), UNIT), rest))
     assert np.abs(w[:6]).max() < 1e-13 * w[-1]
     assert w[6] > 1e-5 * w[-1]
 
@@ -258,7 +258,7 @@ def test_constant_twist_and_curvature_are_read_exactly() -> None:
     """
     s, k = np.linspace(0.0, 4.0, 3), np.array([0.9, -1.0, 0.65])
     x = np.concatenate([np.zeros((3, 3)), exponential(s[:, None] * k)], axis=1).ravel()
-    strains = Segments.of(x, chain(3), np.full(2, 2.0)).strains
+    strains = RodElements.of(x, chain_elements(3), np.full(2, 2.0)).strains
     np.testing.assert_allclose(strains[:, 3:], np.tile(k, (2, 1)), rtol=1e-13)
 
 
@@ -316,7 +316,7 @@ def test_uniform_load_is_consistent_and_has_its_potential() -> None:
     agree.
     """
     rest = rod_at_rest(np.linspace([0.0, 0, 0], [2.0, 0, 0], NODES))
-    load = RodForces.uniform(rest, chain(NODES), np.array([0.0, 1.0, -3.0]))
+    load = RodForces.uniform(rest, chain_elements(NODES), np.array([0.0, 1.0, -3.0]))
     np.testing.assert_allclose(load.forces.sum(axis=0), [0.0, 2.0, -6.0], atol=1e-15)
     np.testing.assert_allclose(load.forces[0], load.forces[2] / 2)
     x = random_state(np.random.default_rng(13))
@@ -348,7 +348,7 @@ def test_frames_follow_an_arc_exactly() -> None:
     R = rotation(rest.reshape(-1, 7)[:, 3:])
     np.testing.assert_allclose(R[:, :, 0], np.stack([-np.sin(a), np.cos(a), 0 * a], axis=1), atol=1e-14)
     np.testing.assert_allclose(R[:, :, 2], np.tile([0.0, 0.0, 1.0], (7, 1)), atol=1e-14)
-    np.testing.assert_allclose(lengths(rest, chain(7)), 2 * np.sin(0.125), rtol=1e-14)
+    np.testing.assert_allclose(lengths(rest, chain_elements(7)), 2 * np.sin(0.125), rtol=1e-14)
 
 
 def test_the_reference_direction_defaults_to_the_farthest_axis() -> None:

@@ -7,11 +7,11 @@ import pytest
 
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
-from softmark.solvers.energies.rod_joints import Jointed, Joints
-from softmark.solvers.energies.rod_loads import RodArms, RodMoments
+from softmark.solvers.energies.rod_joints import JointedRods, Joints
+from softmark.solvers.energies.rod_loads import EccentricRodForces, RodMoments
 from softmark.solvers.energies.rod_rotation import exponential, product, quaternion, rotation
 from softmark.solvers.energies.rod_section import RodStiffness
-from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.statics.rod_frame_state import RodNetwork
 
 UNIT = RodStiffness(EA=1.0, GA2=0.7, GA3=0.5, GJ=0.4, EI2=1.1, EI3=0.8)
@@ -76,13 +76,13 @@ def test_forces_are_adjoint_to_increments() -> None:
     assert joints.spread(d) @ g == pytest.approx(d @ joints.gathered(g), rel=1e-13)
 
 
-def energies(rest: np.ndarray, joints: Joints) -> list[Jointed]:
+def energies(rest: np.ndarray, joints: Joints) -> list[JointedRods]:
     rng = np.random.default_rng(3)
     nodes = np.array([2, 5])
     return [
-        Jointed(RodElastic(rest, ELEMENTS, UNIT), joints),
-        Jointed(RodForces(rest, rng.normal(size=(8, 3))), joints),
-        Jointed(RodArms(rest, nodes, rng.normal(size=(2, 3)), rng.normal(size=(2, 3))), joints),
+        JointedRods(RodElastic(rest, ELEMENTS, UNIT), joints),
+        JointedRods(RodForces(rest, rng.normal(size=(8, 3))), joints),
+        JointedRods(EccentricRodForces(rest, nodes, rng.normal(size=(2, 3)), rng.normal(size=(2, 3))), joints),
     ]
 
 
@@ -112,7 +112,7 @@ def test_a_moment_in_space_does_the_same_work_at_any_node_of_a_joint() -> None:
     rest, joints = star(rng)
     x = moved(rest, joints, 0.4 * rng.normal(size=36))
     m = rng.normal(size=(1, 3))
-    found = [gradient(Jointed(RodMoments(np.array([n]), m), joints), x) for n in (2, 3, 6)]
+    found = [gradient(JointedRods(RodMoments(np.array([n]), m), joints), x) for n in (2, 3, 6)]
     np.testing.assert_allclose(found[1:], [found[0]] * 2, atol=1e-13)
 
 
@@ -177,7 +177,7 @@ def test_the_chain_of_elements_is_that_of_a_rod() -> None:
     x = moved(rest, joints, 0.4 * rng.normal(size=36))
     parts = [slice(0, 3), slice(3, 6), slice(6, 8)]
     alone = sum(
-        RodElastic(rest.reshape(-1, 7)[p].ravel(), chain(len(rest.reshape(-1, 7)[p])), UNIT).value(
+        RodElastic(rest.reshape(-1, 7)[p].ravel(), chain_elements(len(rest.reshape(-1, 7)[p])), UNIT).value(
             x.reshape(-1, 7)[p].ravel()
         )
         for p in parts

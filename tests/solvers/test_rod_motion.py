@@ -25,12 +25,17 @@ from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.trajectory import Trajectory
 from softmark.solvers.energies.energy import Energy
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
-from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedMoments
-from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
-from softmark.solvers.energies.rod_loads import RodArms, RodMoments
+from softmark.solvers.energies.incremental_rotation.moving_rod_loads import MovingRodMoments
+from softmark.solvers.energies.incremental_rotation.moving_rods import (
+    MovingRod,
+    MovingRodForces,
+    MovingRodLoad,
+    RodChart,
+)
+from softmark.solvers.energies.rod_loads import EccentricRodForces, RodMoments
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import RodStiffness, circular
-from softmark.solvers.energies.rod_state import chain, rod_at_rest
+from softmark.solvers.energies.rod_state import chain_elements, rod_at_rest
 from softmark.solvers.linear.banded_lu import ChainSolver
 
 NONE = np.zeros(0, dtype=np.int64)
@@ -50,8 +55,8 @@ def moving(rest: np.ndarray, stiffness: RodStiffness, mass: np.ndarray, J: np.nd
     """A rod with masses (n,) and moments of inertia (n, 3) at its nodes."""
     nodes = len(mass)
     chart = RodChart(rest)
-    rod = TurningRod(chart, RodElastic(rest, chain(nodes), stiffness))
-    loads = [] if forces is None else [DeadRodLoad(forces)]
+    rod = MovingRod(chart, RodElastic(rest, chain_elements(nodes), stiffness))
+    loads = [] if forces is None else [MovingRodForces(forces)]
     where = 6 * np.arange(nodes)[:, None] + np.arange(3, 6)
     M = np.concatenate([np.repeat(mass[:, None], 3, axis=1), J], axis=1).ravel()
     known: dict[str, Any] = {"tolerance": 1e-10, "velocity": np.zeros(6 * nodes), **options}
@@ -79,7 +84,7 @@ def test_forces_and_tangents_are_those_of_the_rod_at_rest(size: float) -> None:
     rest = rod_at_rest(np.cumsum(rng.normal(size=(n, 3)) * 0.3 + [1, 0, 0], axis=0))
     problem = moving(rest, RodStiffness(3.0, 1.1, 1.3, 0.7, 0.9, 0.5), np.ones(n), np.ones((n, 3)))
     rod, chart = problem.assembly.internal[0], chart_of(problem)
-    assert isinstance(rod, TurningRod)
+    assert isinstance(rod, MovingRod)
     chart.q0 = product(chart.q0, exponential(size * rng.normal(size=(n, 3))))
     x = size * rng.normal(size=6 * n)
 
@@ -144,7 +149,7 @@ def test_the_tangent_of_a_load_that_turns_is_the_derivative_of_its_forces() -> N
     rng, problem = np.random.default_rng(5), gum(3)
     chart = chart_of(problem)
     chart.q0 = product(chart.q0, exponential(rng.normal(size=(3, 3))))
-    load, x = TurnedLoad(chart, Arm(1, rng.normal(size=3), rng.normal(size=3))), rng.normal(size=18)
+    load, x = MovingRodLoad(chart, Arm(1, rng.normal(size=3), rng.normal(size=3))), rng.normal(size=18)
     found = differences(lambda y: gradient(load, y), x)
     np.testing.assert_allclose(tangent(load, x), found, rtol=0, atol=1e-8)
 
@@ -158,7 +163,7 @@ def test_moments_in_motion_are_those_at_rest() -> None:
     chart = chart_of(problem)
     chart.q0 = product(chart.q0, exponential(rng.normal(size=(4, 3))))
     moments, x = RodMoments(np.array([1, 3]), rng.normal(size=(2, 3))), rng.normal(size=24)
-    load, other = TurnedMoments(chart, moments), TurnedLoad(chart, moments)
+    load, other = MovingRodMoments(chart, moments), MovingRodLoad(chart, moments)
     np.testing.assert_allclose(gradient(load, x), gradient(other, x), rtol=0, atol=1e-14)
     np.testing.assert_allclose(tangent(load, x), tangent(other, x), rtol=0, atol=1e-14)
     np.testing.assert_allclose(tangent(load, x), differences(lambda y: gradient(load, y), x), rtol=0, atol=1e-8)
@@ -221,7 +226,7 @@ def exact() -> tuple[np.ndarray, np.ndarray]:
     """Positions and rotations of its nodes (4, 7) and velocities (24,) at END, by DOP853 at 1e-9."""
     problem = let_go()
     rod, n = problem.assembly.internal[0], 4
-    assert isinstance(rod, TurningRod)
+    assert isinstance(rod, MovingRod)
     M = np.asarray(problem.mass).reshape(n, 6)
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
@@ -264,8 +269,8 @@ def loaded(**options: Any) -> Dynamics:
     """The same rod, its clamp turned on a course, its end under a moment and a force on an arm that grow."""
     problem = let_go(target=np.concatenate([np.zeros(3), TURN]), support_course=SLOW, **options)
     chart, tip = chart_of(problem), np.array([3])
-    loads: list[Energy] = [problem.assembly.loads[0], TurnedLoad(chart, RodMoments(tip, MOMENT[None]))]
-    loads.append(TurnedLoad(chart, RodArms(chart.state(np.zeros(24)), tip, ARM[None], PULL[None])))
+    loads: list[Energy] = [problem.assembly.loads[0], MovingRodLoad(chart, RodMoments(tip, MOMENT[None]))]
+    loads.append(MovingRodLoad(chart, EccentricRodForces(chart.state(np.zeros(24)), tip, ARM[None], PULL[None])))
     assembly = Assembly(24, problem.fixed, list(problem.assembly.internal), loads)
     return replace(problem, assembly=assembly, courses=(Swell(1e9), SLOW, SLOW))
 
@@ -275,7 +280,7 @@ def exactly() -> tuple[np.ndarray, np.ndarray]:
     """Of `loaded`: positions and rotations (4, 7) and velocities (24,) at END; loads as vectors in space, by DOP853."""
     problem, n = let_go(), 4
     rod = problem.assembly.internal[0]
-    assert isinstance(rod, TurningRod)
+    assert isinstance(rod, MovingRod)
     M, rest = np.asarray(problem.mass).reshape(n, 6), rod.elastic.rest.reshape(n, 7)
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
@@ -439,8 +444,8 @@ def test_a_free_rod_takes_the_impulse_of_what_turns_it(name: str) -> None:
     problem = gum(9, integrator=INTEGRATORS[name]())
     chart, course, tip = chart_of(problem), Swell(0.1), np.array([8])
     rest = chart.state(np.zeros(54))
-    loads: list[Energy] = [TurnedLoad(chart, RodMoments(tip, 0.1 * MOMENT[None]))]
-    loads.append(TurnedLoad(chart, RodArms(rest, tip, ARM[None], 0.1 * PULL[None])))
+    loads: list[Energy] = [MovingRodLoad(chart, RodMoments(tip, 0.1 * MOMENT[None]))]
+    loads.append(MovingRodLoad(chart, EccentricRodForces(rest, tip, ARM[None], 0.1 * PULL[None])))
     step, duration = (1e-4, 0.02) if INTEGRATORS[name].explicit else (1e-3, 0.05)
 
     def by(loads: list[Energy]) -> tuple[np.ndarray, np.ndarray, Trajectory]:

@@ -16,7 +16,7 @@ from end_force import concentrated
 from softmark.solvers.energies.energy import Space
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_section import RodStiffness, circular
-from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain_elements, rod_at_rest
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def clamped(rest: np.ndarray, stiffness: RodStiffness, load: RodForces, *, plain
     held = np.zeros((nodes, 3), dtype=bool)
     held[0] = True
     space: Space = RodSpace(nodes) if plain else RodChain(rest, held)
-    return Cantilever(RodElastic(rest, chain(nodes), stiffness), load, space)
+    return Cantilever(RodElastic(rest, chain_elements(nodes), stiffness), load, space)
 
 
 def straight(length: float, segments: int) -> np.ndarray:
@@ -228,7 +228,7 @@ def test_switching_modes_off_costs_no_newton_steps() -> None:
     80.
     """
     rest = straight(1.0, 10)
-    load = RodForces.uniform(rest, chain(11), np.array([0.0, 0.0, -10.93237]))
+    load = RodForces.uniform(rest, chain_elements(11), np.array([0.0, 0.0, -10.93237]))
     soft = RodStiffness(347.0, 105.0, 105.0, 0.67, 1.0, 1.0)
     stiff = soft.without(1.0, shear=False, axial=False)
     _, steps_soft = solve(clamped(rest, soft, load))
@@ -252,7 +252,7 @@ def silicone(segments: int, **modes: bool) -> Cantilever:
     """R = 19 mm, rho = 1070 kg/m^3, E = 60 kPa, nu = 0.49, g = 9.81 m/s^2, clamped, at full weight."""
     section = circular(0.019, 60e3, 0.49)
     rest = straight(SILICONE_LENGTH, segments)
-    load = RodForces.uniform(rest, chain(segments + 1), np.array([0.0, 0.0, -1070 * 9.81 * section.area]))
+    load = RodForces.uniform(rest, chain_elements(segments + 1), np.array([0.0, 0.0, -1070 * 9.81 * section.area]))
     stiffness = section.stiffness.without(SILICONE_LENGTH, **modes) if modes else section.stiffness
     return clamped(rest, stiffness, load)
 

@@ -20,14 +20,14 @@ from softmark.solvers.dynamics.integrator import Motion
 from softmark.solvers.dynamics.rotational_inertia import Turning
 from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic
-from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedGuides
-from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import TurnedTendons
-from softmark.solvers.energies.incremental_rotation.moving_rods import RodChart, TurningRod
+from softmark.solvers.energies.incremental_rotation.moving_rod_loads import MovingGuidedTendon
+from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import MovingRodTendons
+from softmark.solvers.energies.incremental_rotation.moving_rods import MovingRod, RodChart
 from softmark.solvers.energies.local_blocks import RodElementEnergy
 from softmark.solvers.energies.rod_guides import GuidedTendon
 from softmark.solvers.energies.rod_rotation import exponential, product, rotation
 from softmark.solvers.energies.rod_section import circular
-from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.energies.rod_tendons import RodTendons
 from softmark.solvers.linear.banded_lu import ChainSolver
 from softmark.solvers.statics.static_equilibrium import Statics, equilibrium
@@ -47,7 +47,7 @@ def winding(rest: np.ndarray, tension: float, radius: float = 0.01, turns: float
     s = (np.arange(m) + 0.5) * L / m
     arms = radius * np.stack([0 * s, np.sin(w * s), np.cos(w * s)], axis=1)
     slopes = radius * w * np.stack([0 * s, np.cos(w * s), -np.sin(w * s)], axis=1)
-    return RodTendons(rest, chain(m + 1), arms[None], slopes[None], np.ones((1, m)), np.array([tension]))
+    return RodTendons(rest, chain_elements(m + 1), arms[None], slopes[None], np.ones((1, m)), np.array([tension]))
 
 
 def anyhow() -> tuple[RodTendons, np.ndarray]:
@@ -56,7 +56,7 @@ def anyhow() -> tuple[RodTendons, np.ndarray]:
     rest = rod_at_rest(np.cumsum(rng.normal(size=(n, 3)) * 0.2 + [1, 0, 0], axis=0))
     arms, slopes = rng.normal(size=(2, 2, n - 1, 3)) * [0.0, 0.5, 0.5]
     shares = np.array([[1.0, 1.0, 1.0], [0.0, 0.7, 1.0]])
-    tendons = RodTendons(rest, chain(n), arms, slopes, shares, np.array([1.3, 0.6]))
+    tendons = RodTendons(rest, chain_elements(n), arms, slopes, shares, np.array([1.3, 0.6]))
     return tendons, RodSpace(n).move(rest, 0.4 * rng.normal(size=6 * n))
 
 
@@ -116,7 +116,7 @@ def test_a_straight_tendon_bends_a_rod_to_a_circle(circles: float) -> None:
     """
     rest, d = straight(21), 0.01
     T = circles * 2 * np.pi / L * 1e6 * GUM.I2 / d
-    elastic = RodElastic(rest, chain(21), GUM.stiffness)
+    elastic = RodElastic(rest, chain_elements(21), GUM.stiffness)
     held = np.zeros((21, 3), dtype=bool)
     held[0] = True
     assembly = Assembly(126, np.arange(6), [elastic], [winding(rest, T, d)])
@@ -133,8 +133,8 @@ def moving(nodes: int, fixed: np.ndarray, tension: float, name: str) -> Dynamics
     share[[0, -1]] /= 2
     line = 1000.0 * np.array([GUM.area, GUM.I2 + GUM.I3, GUM.I2, GUM.I3])
     M = np.outer(share, line[[0, 0, 0, 1, 2, 3]])
-    rod = TurningRod(chart, RodElastic(rest, chain(nodes), GUM.stiffness))
-    load = TurnedTendons(chart, winding(rest, tension, 0.01, 0.5))
+    rod = MovingRod(chart, RodElastic(rest, chain_elements(nodes), GUM.stiffness))
+    load = MovingRodTendons(chart, winding(rest, tension, 0.01, 0.5))
     where = 6 * np.arange(nodes)[:, None] + np.arange(3, 6)
     return Dynamics(Assembly(6 * nodes, fixed, [rod], [load]), M.ravel(), np.zeros(6 * nodes), np.zeros(6 * nodes),
                     fixed, integrator=INTEGRATORS[name](), lagged=False, linear=ChainSolver(), tolerance=1e-10,
@@ -147,7 +147,7 @@ def chart_of(problem: Dynamics) -> RodChart:
     return problem.turning.chart
 
 
-@pytest.mark.parametrize(("made", "moving"), [(anyhow, TurnedTendons), (guided, TurnedGuides)])
+@pytest.mark.parametrize(("made", "moving"), [(anyhow, MovingRodTendons), (guided, MovingGuidedTendon)])
 def test_the_tangent_in_motion_is_the_derivative_of_the_forces(made: Made, moving: Any) -> None:
     """By central differences over the unknowns of a chart that is turned far; forces and energy as at rest."""
     tendons, _ = made()
@@ -205,7 +205,9 @@ def test_it_comes_to_rest_where_statics_finds_it() -> None:
     rest = straight(9)
     held = np.zeros((9, 3), dtype=bool)
     held[0] = True
-    assembly = Assembly(54, np.arange(6), [RodElastic(rest, chain(9), GUM.stiffness)], [winding(rest, 0.05, 0.01, 0.5)])
+    assembly = Assembly(
+        54, np.arange(6), [RodElastic(rest, chain_elements(9), GUM.stiffness)], [winding(rest, 0.05, 0.01, 0.5)]
+    )
     found = equilibrium(Statics(assembly, RodChain(rest, held), rest, np.arange(6), np.zeros(6), bold=False, extent=L))
     assert np.abs(found.x - rest).max() > 0.02
     np.testing.assert_allclose(end.reshape(-1, 7)[:, :3], found.x.reshape(-1, 7)[:, :3], atol=1e-6 * L)

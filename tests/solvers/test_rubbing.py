@@ -10,29 +10,29 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.facet_contact_points import inner
-from softmark.solvers.contact.rigid_friction import Rubbing
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.facet_contact_points import add_points_inside_facets
+from softmark.solvers.contact.rigid_friction import RigidFriction
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance.distance_function import Gap
-from softmark.solvers.contact.signed_distance.rounded_shapes import Ball
+from softmark.solvers.contact.signed_distance.rounded_shapes import BallGap
 from softmark.solvers.energies.energy import Floats
 
-BALL = Ball(1.0, (0.0, 0.0, 0.0))
-TURNED = Pose((0.02, -0.01, 0.03), (0.1, 0.2, -0.05), (0.3, 0.0, 0.1))
+BALL = BallGap(1.0, (0.0, 0.0, 0.0))
+TURNED = RigidMotion((0.02, -0.01, 0.03), (0.1, 0.2, -0.05), (0.3, 0.0, 0.1))
 MU = 0.4
 
 
-def moved(share: float) -> Pose:
+def moved(share: float) -> RigidMotion:
     """On its way to where it is turned."""
     return TURNED.at(share)
 
 
 def carried(share: float) -> Gap:
     """The unit ball there."""
-    return Posed(BALL, moved(share))
+    return MovedGap(BALL, moved(share))
 
 
-def rubbing(slid: float, seed: int = 3, count: int = 12) -> tuple[Rubbing, Floats]:
+def rubbing(slid: float, seed: int = 3, count: int = 12) -> tuple[RigidFriction, Floats]:
     """Nodes at random, between 0.2 and 1.4 barrier distances from the ball, about `slid` from their anchors."""
     rng = np.random.default_rng(seed)
     n = rng.standard_normal((count, 3))
@@ -41,35 +41,37 @@ def rubbing(slid: float, seed: int = 3, count: int = 12) -> tuple[Rubbing, Float
     x = TURNED.moved((1.0 + 0.1 * rng.uniform(0.2, 1.4, count))[:, None] * n)
     X = x + 0.1 * rng.standard_normal(x.shape)
     anchors = TURNED.back(x + slid * rng.standard_normal(x.shape))
-    made = Rubbing(
+    made = RigidFriction(
         np.arange(count), X, rng.uniform(0.5, 1.0, count), barrier, carried, friction=MU, spring=20.0, carries=moved,
         anchors=anchors,
     )  # fmt: skip
     return made, (x - X).ravel()
 
 
-def inside(slid: float, seed: int = 3) -> tuple[Rubbing, Floats]:
+def inside(slid: float, seed: int = 3) -> tuple[RigidFriction, Floats]:
     """The same at points inside two facets above the ball, of four nodes each: in front, where tangents are exact."""
     rng = np.random.default_rng(seed)
     X = np.array([(i, j, 0.0) for i in (-0.4, 0.0, 0.4) for j in (-0.2, 0.2)])
     facets = np.array([[0, 2, 3, 1], [2, 4, 5, 3]])
-    bare = Rubbing(np.arange(6), X, np.ones(6), Barrier(0.1, 2.0), carried, friction=MU, spring=20.0, carries=moved)
-    made = inner(bare, X, facets, 3)
-    assert isinstance(made, Rubbing)
+    bare = RigidFriction(
+        np.arange(6), X, np.ones(6), Barrier(0.1, 2.0), carried, friction=MU, spring=20.0, carries=moved
+    )
+    made = add_points_inside_facets(bare, X, facets, 3)
+    assert isinstance(made, RigidFriction)
     up = X + (0.0, 0.0, 1.03) + 0.02 * rng.standard_normal(X.shape)
     u = (TURNED.moved(up) - X).ravel()
     p = made.places(u)
     return made.holding(TURNED.back(p + slid * rng.standard_normal(p.shape))), u
 
 
-def of(energy: Rubbing) -> Assembly:
+def of(energy: RigidFriction) -> Assembly:
     """It alone."""
     return Assembly(3 * len(energy.nodes), np.zeros(0, dtype=np.int64), [], [energy])
 
 
 @pytest.mark.parametrize("make", [rubbing, inside])
 @pytest.mark.parametrize("slid", [1e-3, 0.05, 0.3])
-def test_the_tangent_is_that_of_the_forces(slid: float, make: Callable[[float], tuple[Rubbing, Floats]]) -> None:
+def test_the_tangent_is_that_of_the_forces(slid: float, make: Callable[[float], tuple[RigidFriction, Floats]]) -> None:
     """Central differences of the gradient, all stick, some slide, all slide: 1e-6 of the largest entry, at h = 1e-6."""
     made, x = make(slid)
     whole = of(made)
@@ -82,7 +84,7 @@ def test_the_tangent_is_that_of_the_forces(slid: float, make: Callable[[float], 
 
 @pytest.mark.parametrize("make", [rubbing, inside])
 @pytest.mark.parametrize("slid", [1e-3, 0.05, 0.3])
-def test_a_lag_has_an_energy(slid: float, make: Callable[[float], tuple[Rubbing, Floats]]) -> None:
+def test_a_lag_has_an_energy(slid: float, make: Callable[[float], tuple[RigidFriction, Floats]]) -> None:
     """Forces are its differences, the tangent is theirs and symmetric, and in the state of the lag forces are its."""
     made, x = make(slid)
     lagged = made.lagged(x)
@@ -120,7 +122,7 @@ def test_coulomb(seed: int) -> None:
 
 @pytest.mark.parametrize("make", [rubbing, inside])
 @pytest.mark.parametrize("slid", [1e-3, 0.3])
-def test_what_a_state_leaves(slid: float, make: Callable[[float], tuple[Rubbing, Floats]]) -> None:
+def test_what_a_state_leaves(slid: float, make: Callable[[float], tuple[RigidFriction, Floats]]) -> None:
     """From the anchors that a state leaves, the same forces stand in it, and nothing more is lost."""
     made, x = make(slid)
     after = replace(made, anchors=made.settled(x))
@@ -132,7 +134,7 @@ def test_a_rigid_body_that_only_carries_along_does_not_rub() -> None:
     """Nodes that move and turn with it from rest keep their forces, turned."""
     made, x = rubbing(1e-3)
     rest = TURNED.back(made.places(x))
-    still = replace(made, carries=lambda share: Pose(), posed=lambda share: BALL)
+    still = replace(made, carries=lambda share: RigidMotion(), posed=lambda share: BALL)
     f = still.forces((rest - still.X).ravel())
     turn = TURNED.turn
     assert turn is not None

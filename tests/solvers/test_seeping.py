@@ -11,7 +11,7 @@ import pytest
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.taylor_hood import seeping
 from softmark.solvers.energies.energy import Floats
-from softmark.solvers.energies.poroelastic import Pores, Seeping
+from softmark.solvers.energies.poroelastic import PoreFluid, PoroelasticSolid
 from softmark.solvers.independent_forces.poroelastic_equations import Soaked
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.biphasic import Biphasic
@@ -25,7 +25,7 @@ SKELETON = NeoHookean(young=2.0, poisson=0.2, density=1.0)
 GEL: Any = Biphasic(SKELETON, permeability=0.7, exponent=2.0, stiffening=1.5, solid=0.2)
 
 
-def made(kind: str, turns: bool) -> tuple[Mesh, Seeping]:
+def made(kind: str, turns: bool) -> tuple[Mesh, PoroelasticSolid]:
     """A cube of few cells, all constants about one, in the middle of a step."""
     mesh = Box((1.0, 1.0, 1.0)).mesh(kind, 1.0)
     pair = (law_for(GEL, "finite"), VolumeRatio()) if turns else (law_for(GEL, "small"), Dilatation())
@@ -34,7 +34,7 @@ def made(kind: str, turns: bool) -> tuple[Mesh, Seeping]:
     return mesh, replace(energy, span=0.3, owed=np.linspace(-0.1, 0.2, count))
 
 
-def state(energy: Seeping, size: float = 0.02) -> Floats:
+def state(energy: PoroelasticSolid, size: float = 0.02) -> Floats:
     """Somewhere near rest."""
     found: Floats = size * np.random.default_rng(1).standard_normal(energy.dofs)
     return found
@@ -58,7 +58,7 @@ def test_the_matrix_is_the_derivative_of_what_is_out_of_balance(kind: str, turns
 def test_flow_makes_no_fluid_and_heats(turns: bool) -> None:
     _, energy = made("tet10", turns)
     x = state(energy)
-    assert abs(energy.seeping(x).sum()) < 1e-13 * np.abs(energy.seeping(x)).sum()
+    assert abs(energy.inflow(x).sum()) < 1e-13 * np.abs(energy.inflow(x)).sum()
     assert energy.heat(x) > 0.0
     assert energy.heat(np.concatenate([x[: 3 * energy.nodes], np.full(energy.dofs - 3 * energy.nodes, 0.1)])) < 1e-25
 
@@ -75,7 +75,7 @@ def test_the_checks_find_the_same_in_the_deformed_body(kind: str, turns: bool) -
     count = energy.pressures.shape[1]
     corners = np.zeros(energy.dofs - 3 * energy.nodes, dtype=np.int64)
     corners[energy.pressures - 3 * energy.nodes] = mesh.cells[:, :count]
-    for found, there in ((energy.volumes(x), own.volumes(u)), (energy.seeping(x), own.flow(u))):
+    for found, there in ((energy.volumes(x), own.volumes(u)), (energy.inflow(x), own.flow(u))):
         np.testing.assert_allclose(there[corners], found, atol=1e-12 * np.abs(found).max())
     solid = Assembly(energy.dofs, np.zeros(0, dtype=np.int64), [energy], []).gradient(x, 1.0)
     dry = np.concatenate([x[: 3 * energy.nodes], np.zeros(energy.dofs - 3 * energy.nodes)])
@@ -87,7 +87,9 @@ def test_the_checks_find_the_same_in_the_deformed_body(kind: str, turns: bool) -
 def test_pores_account_for_what_leaves() -> None:
     """Of any states whatever: what has changed and what has left add up, for free pressures keep what they lack."""
     _, energy = made("tet10", True)
-    pores = Pores.at_rest(replace(energy, span=0.0, owed=None), np.ones(energy.dofs - 3 * energy.nodes, dtype=np.bool_))
+    pores = PoreFluid.at_rest(
+        replace(energy, span=0.0, owed=None), np.ones(energy.dofs - 3 * energy.nodes, dtype=np.bool_)
+    )
     for number, h in enumerate((0.0, 0.1, 0.2414, 0.1, 0.2414)):
         pores = pores.accepted(state(energy, 0.01 * (number + 1)), h)
     assert pores.stage is None

@@ -12,9 +12,9 @@ import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.rigid_contact import Touching, node_areas
-from softmark.solvers.contact.rigid_friction import Rubbing, rubbing
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
+from softmark.solvers.contact.rigid_friction import RigidFriction, add_friction
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.signed_distance.distance_function import Gap
 from softmark.solvers.dynamics import INTEGRATORS
@@ -62,15 +62,15 @@ def block(energy: Energies, law: Law, name: str, angle: float = 0.0, v: float = 
     plane = gap_of(HalfSpace(normal=(0.0, 0.0, 1.0)))
     assert plane is not None
 
-    def pose(t: float) -> Pose:
-        return Pose((belt * t, 0.0, 0.0))
+    def pose(t: float) -> RigidMotion:
+        return RigidMotion((belt * t, 0.0, 0.0))
 
     def posed(t: float) -> Gap:
-        return Posed(plane, pose(t))
+        return MovedGap(plane, pose(t))
 
-    touching = Touching(nodes, mesh.points[nodes], areas, Barrier(DISTANCE, 1e5), posed)
+    touching = RigidContact(nodes, mesh.points[nodes], areas, Barrier(DISTANCE, 1e5), posed)
     internal, zero = energy(mesh, law), np.zeros(weights.size)
-    assembly = Assembly(zero.size, np.zeros(0, dtype=np.int64), [internal], [weight, rubbing(touching, MU, pose)])
+    assembly = Assembly(zero.size, np.zeros(0, dtype=np.int64), [internal], [weight, add_friction(touching, MU, pose)])
     velocity = np.tile((v, 0.0, 0.0), len(mesh.points))
     return Dynamics(
         assembly, mass, zero, velocity, courses=(Constant(), Clock()), damping=Rayleigh(beta=1e-4),
@@ -151,7 +151,7 @@ def test_what_a_step_makes_of_friction(law: Maker, elastic: Energies) -> None:
     problem = block(elastic, law("small", 5e5, 0.3), "implicit_euler", v=0.2)
     path = march(problem, 20 * H, H)
     contact: Any = problem.assembly.loads[-1]
-    assert isinstance(contact, Rubbing)
+    assert isinstance(contact, RigidFriction)
     assert contact.anchors is None
     last = path.observed[-1]
     impact = Impact([contact], [Clock()], [])
@@ -172,7 +172,7 @@ def test_damping_does_not_drive_what_lies_still(name: str, law: Maker, elastic: 
     """
     problem = replace(block(elastic, law("small", 5e5, 0.3), name), courses=(Constant(), Constant()))
     path, contact = march(problem, 300 * H, H), problem.assembly.loads[-1]
-    assert isinstance(contact, Touching)
+    assert isinstance(contact, RigidContact)
     force = [float(contact.A @ contact.pressures(m.x)) for m in path.observed[-20:]]
     assert force == pytest.approx([1e-3 * G] * 20, rel=0.01)
     assert path.energies["kinetic"][-1] < 1e-3 * path.energies["load_work"].max()

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softmark.solvers.contact.closest_face_points import shares
-from softmark.solvers.contact.contact_surface import skin_of
+from softmark.solvers.contact.closest_face_points import closest_point_weights
+from softmark.solvers.contact.contact_surface import build_contact_surface
 from softmark.solvers.independent_forces import deformable_friction_forces as again
 from softmark.solvers.mesh.disjoint_shapes import Apart
 from softmark.solvers.mesh.plane_regions import Quadrilateral
 from softmark.solvers.mesh.shapes import Box
 
 pytest.importorskip("ipctk")
-from softmark.solvers.contact.deformable_contact import Colliding
-from softmark.solvers.contact.deformable_friction import Sliding
+from softmark.solvers.contact.deformable_contact import IpcContact
+from softmark.solvers.contact.deformable_friction import DeformableFriction
 
 GAP, MU = 2e-3, 0.4
 CASES = [("tet4", 0.0), ("hex8", 0.0), ("tri6", 0.0), ("quad8", 0.05)]
@@ -32,9 +32,9 @@ def made(kind, depth=0.0):
         high = Box((1.0, 1.0, 1.0), (0.0, 0.0, 1.0 + GAP))
         mesh = Apart(Box((1.0, 1.0, 1.0)), high, 0.68).mesh(kind, 0.5)
     flat = kind.startswith(("quad", "tri"))
-    pressing = Colliding(skin_of(mesh, mesh.points.size, 3, None, flat, depth), 2 * GAP, 100.0, True)
+    pressing = IpcContact(build_contact_surface(mesh, mesh.points.size, 3, None, flat, depth), 2 * GAP, 100.0, True)
     x = 2e-4 * np.random.default_rng(1).standard_normal(mesh.points.size)
-    return Sliding(pressing, MU), mesh, x
+    return DeformableFriction(pressing, MU), mesh, x
 
 
 def gradient(energy, x):
@@ -125,7 +125,7 @@ def test_nearest_points():
     """No point of a lattice on triangles is nearer than those that are found, and the least of those is near them."""
     rng = np.random.default_rng(5)
     p, t = rng.standard_normal((50, 3)), rng.standard_normal((50, 3, 3))
-    far = np.linalg.norm(p - np.einsum("ca,cai->ci", shares(p, t), t), axis=1)
+    far = np.linalg.norm(p - np.einsum("ca,cai->ci", closest_point_weights(p, t), t), axis=1)
     lattice = np.array([(i, j, 60 - i - j) for i in range(61) for j in range(61 - i)]) / 60.0
     every = np.linalg.norm(p[:, None] - np.einsum("la,cai->cli", lattice, t), axis=2).min(axis=1)
     assert (far <= every + 1e-12).all()

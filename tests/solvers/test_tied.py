@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.contact_surface import pieces_of
-from softmark.solvers.contact.surface_overlap import overlaps
-from softmark.solvers.contact.tie_constraint import tied
+from softmark.solvers.contact.contact_surface import number_mesh_pieces
+from softmark.solvers.contact.surface_overlap import find_overlaps
+from softmark.solvers.contact.tie_constraint import tie_surfaces
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
 from softmark.solvers.materials import law_for
@@ -25,7 +25,7 @@ def blocks(kind):
     """Two cubes of 1 m that touch at z = 1, whose meshes do not match, and the facets of both faces there."""
     mesh = Apart(Box((1.0, 1.0, 1.0)), Box((1.0, 1.0, 1.0), (0.0, 0.0, 1.0)), 0.68).mesh(kind, 0.5)
     face = np.flatnonzero((np.abs(mesh.points[mesh.facets][:, :, 2] - 1.0) < 1e-9).all(axis=1))
-    piece = pieces_of(mesh)[mesh.facets[face, 0]]
+    piece = number_mesh_pieces(mesh)[mesh.facets[face, 0]]
     return mesh, face[piece == 0], face[piece == 1]
 
 
@@ -33,7 +33,7 @@ def blocks(kind):
 def test_areas(kind):
     """What facets have in common covers the face once; a linear function is the same on both sides of it."""
     mesh, one, other = blocks(kind)
-    common = overlaps(mesh, one, other, 1e-3)
+    common = find_overlaps(mesh, one, other, 1e-3)
     assert common.A.sum() == pytest.approx(1.0, rel=1e-12)
     assert common.gaps.max() < 1e-12
     np.testing.assert_allclose(common.A @ common.X, [0.5, 0.5, 1.0], atol=1e-12)
@@ -47,7 +47,7 @@ def test_patch(kind):
     law = law_for(NeoHookean(young=1.0, poisson=0.3, density=1.0), "finite")
     parts = integrate_cells(mesh)
     elastic = Elastic(mesh.cells, parts.dNdX, parts.w, law)
-    glue = tied(mesh, one, other, 1e4, 1e-3)
+    glue = tie_surfaces(mesh, one, other, 1e4, 1e-3)
     lid, floor = (3 * np.flatnonzero(np.abs(P[:, 2] - z) < 1e-9) + 2 for z in (2.0, 0.0))
     walls = (3 * np.flatnonzero(P[:, i] < 1e-9) + i for i in (0, 1))
     fixed = np.unique(np.concatenate([lid, floor, *walls]))
@@ -63,7 +63,7 @@ def test_patch(kind):
 def test_derivatives():
     """Of a quadratic energy, by its values."""
     mesh, one, other = blocks("tet10")
-    glue = tied(mesh, one, other, 1e3, 1e-3)
+    glue = tie_surfaces(mesh, one, other, 1e3, 1e-3)
     x, d = (np.random.default_rng(i).standard_normal(mesh.points.size) for i in (1, 2))
     g = np.zeros_like(x)
     glue.add_gradient(x, g)

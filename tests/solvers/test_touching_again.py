@@ -11,7 +11,7 @@ from softmark.interpreter.validation.contact_checks import DISTANT
 from softmark.interpreter.verification.contact_forces_check import DISTANCES, _distance
 from softmark.solvers.contact.barrier_law import Barrier
 from softmark.solvers.contact.rigid_contact import node_areas
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import GAPS, gap_of
 from softmark.solvers.independent_forces import rigid_contact_forces
 from softmark.solvers.mesh.extruded_shapes import Extruded
@@ -79,7 +79,7 @@ def test_a_motion_by_quaternions_is_that_of_rodrigues() -> None:
     x, shift, about = around(shape), (0.2, -0.1, 0.4), (0.3, 0.1, 0.2)
     gap = gap_of(shape)
     assert gap is not None
-    mine, normal, _ = Posed(gap, Pose(shift, tuple(w.tolist()), about)).look(x)
+    mine, normal, _ = MovedGap(gap, RigidMotion(shift, tuple(w.tolist()), about)).look(x)
     g, n = rigid_contact_forces.carried(_distance(shape), np.array(shift), w, np.array(about))(x)
     out = mine > 1e-6
     assert g[out] == pytest.approx(mine[out], abs=1e-13)

@@ -16,7 +16,7 @@ from softmark.solvers.dynamics.time_integration import march
 from softmark.solvers.dynamics.viscoelastic_step import Remembering
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.external_loads import DeadForces
-from softmark.solvers.energies.viscoelastic_memory import Memories, Memory, fading
+from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory, decay_factors
 from softmark.solvers.independent_forces.hereditary_integral import Course, weights
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.maxwell_branch_energy import of_first
@@ -48,7 +48,7 @@ def series(law=BAR, mu=0.5, measure=SMALL, g=G, tau=TAU, bulk=1.0 / 3.0, springs
     return Series(law, g, tau, mu, bulk, measure, springs)
 
 
-def pull(memory: Memory) -> float:
+def pull(memory: ViscoelasticHistory) -> float:
     """The stress along x at the end of the last step, which is the force on the unit face: of the first point."""
     return float((1.0 - memory.series.g.sum()) * memory.S[0, 0, 0] + memory.H[:, 0, 0, 0].sum())
 
@@ -56,7 +56,7 @@ def pull(memory: Memory) -> float:
 def followed(course, times, law=BAR, **more):
     """Memory and force at each time of a cell stretched by a course of time."""
     energy, along, _ = cell(law)
-    memory, last, forces = Memory.at_rest(energy, series(law, **more)), 0.0, []
+    memory, last, forces = ViscoelasticHistory.at_rest(energy, series(law, **more)), 0.0, []
     for t in times:
         memory, last = memory.accepted(course(t) * along, t - last), t
         forces.append(pull(memory) * (1.0 if memory.series.measure is SMALL else 1.0 + course(t)))
@@ -123,7 +123,7 @@ def test_the_loss_tangent_to_five_digits() -> None:
     """Of the steps themselves, whose sums are geometric: ginf + sum g f (e - 1) / (e - exp(-h/tau)), e = exp(i w h)."""
     for w, storage, tangent in LOSSES:
         h = 2.0 * np.pi / w / 1000.0
-        decay, mean, _ = fading(h, series().tau)
+        decay, mean, _ = decay_factors(h, series().tau)
         e = np.exp(1j * w * h)
         modulus_of = LEFT + (G * mean * (e - 1.0) / (e - decay)).sum()
         assert modulus_of.real == pytest.approx(storage, abs=1e-5)
@@ -133,7 +133,7 @@ def test_the_loss_tangent_to_five_digits() -> None:
 def test_what_is_dissipated_is_the_work_less_what_is_stored_and_never_falls() -> None:
     rng = np.random.default_rng(3)
     energy, along, _ = cell()
-    memory, x, work, before = Memory.at_rest(energy, series()), 0.0 * along, 0.0, 0.0
+    memory, x, work, before = ViscoelasticHistory.at_rest(energy, series()), 0.0 * along, 0.0, 0.0
     for _ in range(30):
         h, way = rng.exponential(1.0), rng.normal(0.0, 0.01)
         fine = 32
@@ -152,7 +152,9 @@ def test_what_is_dissipated_is_the_work_less_what_is_stored_and_never_falls() ->
 def test_what_a_short_step_dissipates_is_no_difference_of_nearly_equal_numbers(z: float) -> None:
     """A ramp to e in z tau: E g e^2 z / 3 (1 - 3 z / 4 + 7 z^2 / 20), the integral of (s - s^2/2 + s^3/6)^2."""
     energy, along, _ = cell()
-    memory = Memory.at_rest(energy, series(g=np.array([0.5]), tau=np.array([1.0]))).accepted(0.01 * along, z)
+    memory = ViscoelasticHistory.at_rest(energy, series(g=np.array([0.5]), tau=np.array([1.0]))).accepted(
+        0.01 * along, z
+    )
     exact = 0.5 * 0.01**2 * z / 3.0 * (1.0 - 0.75 * z + 0.35 * z * z)
     assert memory.dissipated == pytest.approx(exact, rel=2e-9)
 
@@ -217,7 +219,7 @@ def test_a_turn_of_the_body_turns_its_stress_and_leaves_its_memory() -> None:
     """Objectivity: the same history, followed by a rotation at once."""
     law = NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
-    memory = Memory.at_rest(energy, series(law, measure=Green())).accepted(0.5 * along, 0.7)
+    memory = ViscoelasticHistory.at_rest(energy, series(law, measure=Green())).accepted(0.5 * along, 0.7)
     a = 0.9
     R = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
     x = mesh.points + (0.5 * along).reshape(-1, 3)
@@ -234,7 +236,7 @@ def test_what_is_strained_at_once_stores_its_energy_and_loses_it_while_it_is_hel
     energy, along, _ = cell(law)
     shape = law.isochoric()
     known = series(shape, mu=law.shear_modulus, measure=Shape(), bulk=np.inf, springs=of_first(law))
-    memory = Memory.at_rest(energy, known)
+    memory = ViscoelasticHistory.at_rest(energy, known)
     memory = memory.accepted(along, 0.0)  # twice as long
     assert memory.stored == pytest.approx(0.0, abs=1e-14)
     assert memory.dissipated == pytest.approx(0.0, abs=1e-14)
@@ -257,7 +259,7 @@ def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(me
     law = Corotational(0.4, 0.6) if word == "turned" else NeoHookean(1.0, 0.3, 1.0)
     energy, along, mesh = cell(law)
     rng = np.random.default_rng(5)
-    memory, states, times, t = Memory.at_rest(energy, series(law, measure=measure)), [], [], 0.0
+    memory, states, times, t = ViscoelasticHistory.at_rest(energy, series(law, measure=measure)), [], [], 0.0
     for h in (0.0, 0.3, 1e-9, 2.0, 50.0, 0.0, 0.01):
         t += h
         x = 0.2 * along + rng.normal(0.0, 0.05, 24)
@@ -289,7 +291,7 @@ def swing(integrator: str, h: float) -> tuple[float, dict]:
     problem = Dynamics(
         Assembly(24, fixed, [energy], [DeadForces(force.ravel())]), mass, np.zeros(24), np.zeros(24), fixed,
         np.zeros(len(fixed)), integrator=INTEGRATORS[integrator](), tolerance=1e-10,
-        remembering=Remembering(Memories((Memory.at_rest(energy, zener),)), integrator == "midpoint"), lagged=False,
+        remembering=Remembering(BodyHistory((ViscoelasticHistory.at_rest(energy, zener),)), integrator == "midpoint"), lagged=False,
     )  # fmt: skip
     track = march(problem, 0.25, h)
     return float(track.observed[-1].x[3 * np.flatnonzero(far)[0]]), track.energies
@@ -321,7 +323,7 @@ def test_a_mass_on_zeners_spring_in_every_integrator(integrator: str) -> None:
 def test_what_is_moved_at_once_in_a_motion_has_been_stretched_in_no_time() -> None:
     """The first step relaxes what the start has brought, and is no ramp to it."""
     energy, along, _ = cell()
-    memory = Remembering(Memories((Memory.at_rest(energy, series()),)))
+    memory = Remembering(BodyHistory((ViscoelasticHistory.at_rest(energy, series()),)))
     acting = type("Acting", (), {"internal": (), "now": None})()
     memory.reset(acting, 0.01 * along)
     memory.begin(acting, 5.0)

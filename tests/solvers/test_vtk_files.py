@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from softmark.interpreter.models.imported_results import readers
-from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, read, read_triangles
+from softmark.solvers.mesh.files.mesh_reader import UnreadableMesh, read_cells, read_triangles
 
 POINTS = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0, 2.0)])
 CELLS = np.array([[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]])
@@ -124,7 +124,7 @@ def test_text_arrays_and_names_of_the_other_format(form: str, suffix: str, tmp_p
     binary, version = FILES[form]
     data = legacy(binary, version, "UNSTRUCTURED_GRID", {"CELLS": CELLS.tolist()}, [12, 12]) if version else xml(binary)
     (file := tmp_path / f"mesh{suffix}").write_bytes(data)
-    mesh = read(str(file), 1.0, named=True)
+    mesh = read_cells(str(file), 1.0, named=True)
     assert (mesh.points == POINTS).all()
     assert (mesh.cells == CELLS).all()
     assert mesh.groups is not None
@@ -180,7 +180,7 @@ def test_broken_files_of_vtk_are_refused(form: str, tmp_path: Path) -> None:
     for i, broken in enumerate(cuts):
         (file := tmp_path / f"mesh{i}.vtk").write_bytes(broken)
         with contextlib.suppress(UnreadableMesh):
-            read(str(file), 1.0, named=True)
+            read_cells(str(file), 1.0, named=True)
 
 
 def gmsh22(tmp_path: Path, *elements: str) -> Path:
@@ -196,19 +196,19 @@ def gmsh22(tmp_path: Path, *elements: str) -> Path:
 def test_a_cell_of_gmsh_in_several_groups_is_one_cell(tmp_path: Path) -> None:
     file = gmsh22(tmp_path, "4 2 2 1 1 2 3 4", "4 2 2 2 2 5 3 4", "4 2 3 2 2 5 3 4", "4 2 7 2 2 5 3 4",
                   "2 2 4 1 1 3 2", "2 2 5 1 1 3 2")  # fmt: skip
-    mesh = read(str(file), 1.0, named=True)
+    mesh = read_cells(str(file), 1.0, named=True)
     assert mesh.cells.tolist() == [[0, 1, 2, 3], [1, 4, 2, 3]]
     assert mesh.groups is not None
     assert {name: own.members.tolist() for name, own in mesh.groups.items()} == {
         "all": [0, 1], "tip": [1], "7": [1], "4": [[0, 0]], "5": [[0, 0]],
     }  # fmt: skip
-    assert read(str(file), 1.0).cells.tolist() == mesh.cells.tolist()
+    assert read_cells(str(file), 1.0).cells.tolist() == mesh.cells.tolist()
 
 
 def test_a_cell_of_gmsh_twice_in_one_group_is_refused(tmp_path: Path) -> None:
     file = gmsh22(tmp_path, "4 2 2 1 1 2 3 4", "4 2 2 2 2 5 3 4", "4 2 2 2 2 5 3 4")
     with pytest.raises(UnreadableMesh, match="given twice"):
-        read(str(file), 1.0)
+        read_cells(str(file), 1.0)
 
 
 def test_what_meshio_writes_is_read_as_before(tmp_path: Path) -> None:
@@ -217,6 +217,6 @@ def test_what_meshio_writes_is_read_as_before(tmp_path: Path) -> None:
     for name, options in (("a.vtk", {"binary": False}), ("b.vtk", {}), ("c.vtu", {}), ("d.vtu", {"binary": False}),
                           ("e.vtu", {"compression": None}), ("f.vtu", {"compression": "lzma"})):  # fmt: skip
         mesh.write(tmp_path / name, **options)
-        found = read(str(tmp_path / name), 1.0)
+        found = read_cells(str(tmp_path / name), 1.0)
         assert (found.points == POINTS).all()
         assert (found.cells == CELLS).all()

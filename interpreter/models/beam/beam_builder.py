@@ -37,7 +37,7 @@ from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_section import RodSection, RodStiffness, VaryingStiffness
-from softmark.solvers.energies.rod_state import RodChain, chain, displacement_at, lengths, rod_at_rest
+from softmark.solvers.energies.rod_state import RodChain, chain_elements, displacement_at, lengths, rod_at_rest
 from softmark.solvers.linear import factorisations
 from softmark.solvers.mesh.shape import Prism
 from softmark.solvers.statics.static_equilibrium import Equilibrium, Statics, equilibrium
@@ -143,7 +143,7 @@ class PreparedBeam(Meshless):
 def _solve_one_segment() -> None:
     """One of a metre, held at its root, under a force that hardly bends it: once in a process."""
     rest, fixed = rod_at_rest(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])), np.arange(6)
-    elastic = RodElastic(rest, chain(2), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
+    elastic = RodElastic(rest, chain_elements(2), RodSection(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0).stiffness)
     assembly = Assembly(12, fixed, [elastic], [RodForces(rest, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-3]]))])
     space = RodChain(rest, np.array([[True] * 3, [False] * 3]))
     equilibrium(Statics(assembly, space, rest, fixed, np.zeros(6), bold=False))
@@ -170,7 +170,7 @@ def at_rest(model: Beam6Dof, declared: Declared, case: Case) -> PreparedBeam:
     stations = np.array(model.stations(case))
     rest, nodes = beam_supports.at_rest(case, stations), len(stations)
     fixed, target, way = beam_supports.fixed(case, stations.tolist())
-    elastic = RodElastic(rest, chain(nodes), _stiffness(model, case, stations))
+    elastic = RodElastic(rest, chain_elements(nodes), _stiffness(model, case, stations))
     held = np.zeros((nodes, 6), dtype=bool)
     held.ravel()[fixed] = True
     applied = _loads(case, rest, stations)
@@ -204,7 +204,7 @@ def _inertia(case: Case, rest: Floats, stations: Floats) -> Floats:
     if shape.tapered:
         tapering: Floats = rho * at_nodes(shape, stations, inertia)
         return tapering
-    half = 0.5 * lengths(rest, chain(len(stations)))
+    half = 0.5 * lengths(rest, chain_elements(len(stations)))
     shares = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
     even: Floats = rho * np.outer(shares, inertia(shape.section))
     return even
@@ -250,12 +250,12 @@ def _load(case: Case, load: Declared, rest: Floats, stations: Floats) -> Energy:
             node = 0 if coverage(where, case.prism, 0.0) == "all" else len(stations) - 1
             return RodMoments(np.array([node]), np.array([moment]))
         case PointLoad(at=at, force=force) if station(case, at) is None:
-            from softmark.solvers.energies.rod_loads import RodArms
+            from softmark.solvers.energies.rod_loads import EccentricRodForces
 
             node = int(np.abs(stations - (beside(case, at) or 0.0)).argmin())
             x = rest.reshape(-1, 7)[node]
             arm = (np.array(at) - x[:3]) @ rotation(x[None, 3:])[0]
-            return RodArms(rest, np.array([node]), arm[None], np.array([force]))
+            return EccentricRodForces(rest, np.array([node]), arm[None], np.array([force]))
     return RodForces(rest, _forces(case, load, rest, stations))
 
 
@@ -270,7 +270,7 @@ def _forces(case: Case, load: Declared, rest: Floats, stations: Floats) -> Float
                 return weights
             w = case.material.density * shape.section.area * np.array(g)
             if isinstance(shape, Prism):
-                return RodForces.uniform(rest, chain(len(stations)), w).forces
+                return RodForces.uniform(rest, chain_elements(len(stations)), w).forces
             half = 0.5 * np.diff(stations)[:, None] * w  # of the arc: its chords are shorter
             forces[:-1] += half
             forces[1:] += half

@@ -25,7 +25,12 @@ from softmark.solvers.dynamics.dynamic_problem import Dynamics, Rayleigh
 from softmark.solvers.dynamics.rotational_inertia import Chart, Turning
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodForces
-from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, RodChart, TurnedLoad, TurningRod
+from softmark.solvers.energies.incremental_rotation.moving_rods import (
+    MovingRod,
+    MovingRodForces,
+    MovingRodLoad,
+    RodChart,
+)
 from softmark.solvers.energies.rod_rotation import rotation
 from softmark.solvers.energies.rod_state import displacement_at
 from softmark.solvers.linear.banded_lu import ChainSolver
@@ -101,7 +106,7 @@ def moving(
     chart = RodChart(elastic.rest)
     loads = [(load, _in_motion(load, energy, chart)) for load, energy in applied]
     axes = rotation(elastic.rest.reshape(-1, 7)[:, 3:])
-    found = dynamics(case, problem, chart, TurningRod(chart, elastic), loads, static.points, axes, mass)
+    found = dynamics(case, problem, chart, MovingRod(chart, elastic), loads, static.points, axes, mass)
     analysis: Any = case.analysis
     return MovingBeam(static, declared, analysis, found, rest=elastic.rest)
 
@@ -143,15 +148,15 @@ def dynamics(
 def _in_motion(load: Declared, energy: Energy, chart: RodChart) -> Energy:
     """A load of the rod at rest."""
     if isinstance(energy, RodForces):
-        return DeadRodLoad(energy.forces)
+        return MovingRodForces(energy.forces)
     if isinstance(load.thing.action, TendonLoad):
         from softmark.interpreter.models.beam.beam_tendons import in_motion
 
         return in_motion(energy, chart)
     if isinstance(load.thing.action, Torque):
-        from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedMoments
+        from softmark.solvers.energies.incremental_rotation.moving_rod_loads import MovingRodMoments
         from softmark.solvers.energies.rod_loads import RodMoments
 
         assert isinstance(energy, RodMoments)
-        return TurnedMoments(chart, energy)
-    return TurnedLoad(chart, energy)
+        return MovingRodMoments(chart, energy)
+    return MovingRodLoad(chart, energy)

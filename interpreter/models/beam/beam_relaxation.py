@@ -30,8 +30,8 @@ from softmark.solvers.dynamics.implicit_midpoint import Midpoint
 from softmark.solvers.dynamics.viscoelastic_step import Remembering
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod_state import displacement_at
-from softmark.solvers.energies.viscoelastic_memory import Memories
-from softmark.solvers.energies.viscoelastic_rod import RodMemory
+from softmark.solvers.energies.viscoelastic_memory import BodyHistory
+from softmark.solvers.energies.viscoelastic_rod import RodHistory
 from softmark.solvers.materials.viscoelastic import Viscous
 from softmark.solvers.materials.youngs_relaxation import young_series
 from softmark.solvers.statics.quasistatic_history import Aged, begun, followed
@@ -62,7 +62,7 @@ class AgedBeam(Meshless):
 
     static: PreparedBeam
     case: Case
-    memories: Memories
+    memories: BodyHistory
     timed: Timed
 
     @property
@@ -130,7 +130,7 @@ def prepare(model: Beam6Dof, declared: Declared, case: Case, workshop: Workshop)
     assembly = Assembly(problem.assembly.dofs, problem.fixed, [static.elastic], loads)
     static = replace(static, problem=replace(problem, assembly=assembly))
     g, tau = series_of(case.material)
-    memories = Memories((RodMemory.at_rest(static.elastic, g, tau),))
+    memories = BodyHistory((RodHistory.at_rest(static.elastic, g, tau),))
     held = held_values(whole, static.stations.tolist())
     owners = [held[dof][1] for dof in problem.fixed.tolist()]
     return AgedBeam(static, case, memories, Timed.of(whole, static.applied, owners, problem.target))
@@ -142,7 +142,7 @@ def _in_motion(model: Beam6Dof, declared: Declared, case: Case) -> Prepared:
     static = at_rest(model, declared, case)
     made = moving(static, declared, case, static.elastic, static.problem, static.mass(), static.applied)
     rods: Any = made.problem.assembly.internal[0]
-    memories = Memories((RodMemory.at_rest(rods, *series_of(case.material)),))
+    memories = BodyHistory((RodHistory.at_rest(rods, *series_of(case.material)),))
     remembering = Remembering(memories, isinstance(made.problem.integrator, Midpoint))
     return replace(made, problem=replace(made.problem, remembering=remembering))
 

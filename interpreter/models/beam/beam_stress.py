@@ -15,7 +15,7 @@ import numpy as np
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.load_words import BodyForce, LineForce
 from softmark.records import dataclass
-from softmark.solvers.energies.rod_rotation import between, rotation
+from softmark.solvers.energies.rod_rotation import interpolate_rotation, rotation
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Swept
 from softmark.solvers.stress_recovery.analytic_stress_field import WithoutCells
@@ -51,7 +51,7 @@ class Piece:
         t = np.clip((s - a) / (b - a), 0.0, 1.0)
         x = self.now[:, :3]
         tangent = (x[e + 1] - x[e]) / (b - a)[:, None]
-        R, start = (rotation(between(q[e, 3:], q[e + 1, 3:], t)) for q in (self.now, self.rest))
+        R, start = (rotation(interpolate_rotation(q[e, 3:], q[e + 1, 3:], t)) for q in (self.now, self.rest))
         force = self.ends[e, 6:9] - ((t - 0.5) * (b - a))[:, None] * self.lines[e]
         first, last = self._moments
         moment = (1.0 - t)[:, None] * first[e] + t[:, None] * last[e]

@@ -14,7 +14,7 @@ from softmark.interpreter.models.shared.support_constraints import Held
 from softmark.interpreter.problem.axial_selection import whole
 from softmark.interpreter.problem.body_case import Case
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.rod_state import rod_at_rest, rod_of
+from softmark.solvers.energies.rod_state import rod_at_rest, rod_from_frames
 from softmark.solvers.mesh.shape import Prism, transverse
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def at_rest(case: Case, stations: Floats) -> Floats:
     shape, points = case.prism, points_of(case, stations)
     if isinstance(shape, Prism):
         return rod_at_rest(points, np.array(transverse(shape.axis)[1]))
-    return rod_of(points, np.array([shape.frame(s) for s in stations.tolist()]).transpose(0, 2, 1))
+    return rod_from_frames(points, np.array([shape.frame(s) for s in stations.tolist()]).transpose(0, 2, 1))
 
 
 def fixed(case: Case, stations: Sequence[float]) -> tuple[Ints, Floats, Turns | None]:

@@ -14,7 +14,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.vocabulary.load_words import TendonLoad
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.rod_guides import GuidedTendon
-from softmark.solvers.energies.rod_state import chain
+from softmark.solvers.energies.rod_state import chain_elements
 from softmark.solvers.energies.rod_tendons import RodTendons
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def tendon(case: Case, action: TendonLoad, rest: Floats, stations: Floats) -> En
     shares = (high - low) / np.diff(stations)
     arms, slopes = _beside(first, last, action.winding, (0.5 * (low + high) - begin[0]) / span)
     tension = np.array([action.tension])
-    return RodTendons(rest, chain(len(stations)), arms[None], slopes[None] / span, shares[None], tension)
+    return RodTendons(rest, chain_elements(len(stations)), arms[None], slopes[None] / span, shares[None], tension)
 
 
 def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Floats, Floats]:
@@ -75,10 +75,10 @@ def _beside(first: Floats, last: Floats, winding: float, t: Floats) -> tuple[Flo
 def in_motion(energy: Energy, chart: RodChart) -> Energy:
     """The energy of a tendon over unknowns that turn."""
     if isinstance(energy, RodTendons):
-        from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import TurnedTendons
+        from softmark.solvers.energies.incremental_rotation.moving_rod_tendons import MovingRodTendons
 
-        return TurnedTendons(chart, energy)
-    from softmark.solvers.energies.incremental_rotation.moving_rod_loads import TurnedGuides
+        return MovingRodTendons(chart, energy)
+    from softmark.solvers.energies.incremental_rotation.moving_rod_loads import MovingGuidedTendon
 
     assert isinstance(energy, GuidedTendon)
-    return TurnedGuides(chart, energy)
+    return MovingGuidedTendon(chart, energy)

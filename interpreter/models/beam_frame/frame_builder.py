@@ -26,7 +26,7 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
-from softmark.solvers.energies.rod_joints import Jointed
+from softmark.solvers.energies.rod_joints import JointedRods
 from softmark.solvers.energies.rod_section import VaryingStiffness
 from softmark.solvers.linear import factorisations
 from softmark.solvers.statics.rod_frame_state import RodNetwork
@@ -114,8 +114,8 @@ def prepare(model: Frame6Dof, declared: Declared, case: Case, workshop: Workshop
     held.ravel()[fixed] = True
     joints, extent = layout.joints, layout.network.diagonal
     elastic, alone = rods(layout), tuple((load, _load(layout, load)) for load in case.loads)
-    applied = tuple((load, Jointed(energy, joints)) for load, energy in alone)
-    assembly = Assembly(6 * layout.count, fixed, [Jointed(elastic, joints)], [energy for _, energy in applied])
+    applied = tuple((load, JointedRods(energy, joints)) for load, energy in alone)
+    assembly = Assembly(6 * layout.count, fixed, [JointedRods(elastic, joints)], [energy for _, energy in applied])
     space = RodNetwork(layout.rest, layout.elements, joints, held[:, :3])
     problem = Statics(
         assembly,

@@ -16,8 +16,8 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.geometrically_exact_rod import RodElastic, RodForces
-from softmark.solvers.energies.incremental_rotation.moving_rod_joints import JointChart, JointedInMotion
-from softmark.solvers.energies.incremental_rotation.moving_rods import DeadRodLoad, TurningRod
+from softmark.solvers.energies.incremental_rotation.moving_rod_joints import JointChart, MovingJointedRods
+from softmark.solvers.energies.incremental_rotation.moving_rods import MovingRod, MovingRodForces
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,8 +44,8 @@ def moving(
 ) -> MovingNetwork:  # fmt: skip
     """A network with its mass at the points; `applied` are loads on its nodes, and `problem` is that at rest."""
     chart = JointChart(layout.rest, layout.joints)
-    rods = JointedInMotion(TurningRod(chart.nodes, elastic), layout.joints)
-    loads = [(load, DeadRodLoad(_at_points(layout, energy))) for load, energy in applied]
+    rods = MovingJointedRods(MovingRod(chart.nodes, elastic), layout.joints)
+    loads = [(load, MovingRodForces(_at_points(layout, energy))) for load, energy in applied]
     found = dynamics(case, problem, chart, rods, loads, layout.X, layout.axes, layout.mass())
     analysis: Any = case.analysis
     return MovingNetwork(static, declared, analysis, found, layout=layout)

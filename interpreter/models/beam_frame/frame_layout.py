@@ -18,7 +18,7 @@ from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats, Ints
 from softmark.solvers.energies.rod_joints import Joints
 from softmark.solvers.energies.rod_rotation import rotation
-from softmark.solvers.energies.rod_state import chain, rod_of
+from softmark.solvers.energies.rod_state import chain_elements, rod_from_frames
 from softmark.solvers.mesh.frame_shapes import Network
 from softmark.solvers.mesh.shape import transverse
 
@@ -60,13 +60,13 @@ class Layout:
             begin, end = (np.array(self.network.points[i - 1]) for i in pair)
             X = begin + np.linspace(0.0, 1.0, self.segments + 1)[:, None] * (end - begin)
             X[-1] = end
-            parts.append(rod_of(X, np.tile(np.array(member.frame(0.0)).T, (len(X), 1, 1))))
+            parts.append(rod_from_frames(X, np.tile(np.array(member.frame(0.0)).T, (len(X), 1, 1))))
         return np.concatenate(parts)
 
     @cached_property
     def elements(self) -> Ints:
         """Nodes of the elements, member by member (e, 2)."""
-        own = chain(self.segments + 1)
+        own = chain_elements(self.segments + 1)
         return np.concatenate([own + m * (self.segments + 1) for m in range(len(self.network.members))])
 
     @cached_property

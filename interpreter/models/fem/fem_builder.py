@@ -58,7 +58,7 @@ from softmark.solvers.statics.static_equilibrium import Equilibrium, Linear, Sta
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.friction_history import Past
     from softmark.interpreter.models.shared.unsupported_bodies import Loose
-    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.rigid_contact import RigidContact
     from softmark.solvers.energies.elastic_foundation import ElasticFoundation
     from softmark.solvers.mesh.shape import Shape
     from softmark.solvers.statics.static_equilibrium import Watch
@@ -91,7 +91,7 @@ class PreparedSolid(OnMesh):
     beds: Mapping[str, ElasticFoundation] = field(default_factory=dict)  # springs that it lies on
     axial: bool = False  # it is a body of revolution
     muscles: tuple[tuple[Declared, Energy], ...] = ()  # what pulls within, each by itself: as loads do
-    contacts: Mapping[str, Touching] = field(default_factory=dict)  # rigid bodies that it must not pass
+    contacts: Mapping[str, RigidContact] = field(default_factory=dict)  # rigid bodies that it must not pass
     rubbed: Past = field(default_factory=dict)  # what friction remembers of the state before
     loose: Loose | None = None  # supports leave it free, and what it touches must hold it
 
@@ -210,7 +210,9 @@ class PreparedSolid(OnMesh):
         """The mass matrix of displacements, or its diagonal, kg."""
         return _mass(self.model, self.pieces)
 
-    def _carried(self, state: Floats, u: Floats, beside: Mapping[str, Touching], rubbed: Past) -> nodal_forces.Carried:
+    def _carried(
+        self, state: Floats, u: Floats, beside: Mapping[str, RigidContact], rubbed: Past
+    ) -> nodal_forces.Carried:
         small, whole = self.model.strain == "small", self.model.rotation != "element"
         pulling = [energy for _, energy in self.muscles]
         assembly = interaction_setup.bare(self, beside)

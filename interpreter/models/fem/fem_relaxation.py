@@ -26,7 +26,7 @@ from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.energies.energy import Energy, Floats, Ints
-from softmark.solvers.energies.viscoelastic_memory import Memories, Memory
+from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory
 from softmark.solvers.materials.viscoelastic_increment import series_of
 from softmark.solvers.statics.quasistatic_history import Aged, Instant, aged, begun, followed
 
@@ -64,7 +64,7 @@ class PreparedAged(OnMesh):
 
     static: PreparedSolid
     case: Case
-    memories: Memories
+    memories: BodyHistory
     timed: Timed  # of every load, and of every muscle
     before: Aged | None = None
 
@@ -121,7 +121,7 @@ class PreparedAged(OnMesh):
         """Compile what the solution needs."""
         self.static.warm()
         for own in self.memories.each:
-            if isinstance(own, Memory):
+            if isinstance(own, ViscoelasticHistory):
                 own.over(0.0).add_gradient(self.static.problem.rest, np.zeros_like(self.static.problem.rest))
 
     # ------------------------------------------------------------------ time
@@ -228,9 +228,9 @@ def owners_of(case: Case, mesh: Mesh, workshop: Workshop, fixed: Ints) -> list[D
     return [held[dof][1] for dof in fixed.tolist()]
 
 
-def _remembered(model: Fem, static: PreparedSolid) -> Memories:
+def _remembered(model: Fem, static: PreparedSolid) -> BodyHistory:
     """The energy of each piece, with a memory where its material relaxes, and those of beds."""
-    found: list[Memory | Energy] = []
+    found: list[ViscoelasticHistory | Energy] = []
     for own, energy in zip(static.pieces, static.solid, strict=True):
         material = own.case.material
         if not material.branches:
@@ -239,5 +239,5 @@ def _remembered(model: Fem, static: PreparedSolid) -> Memories:
         plain: Any = energy
         if model.formulation == "displacement":
             plain = elastic_of(own.case, own.mesh, own.parts, model.strain)
-        found.append(Memory.at_rest(plain, series_of(material, model.strain)))
-    return Memories((*found, *static.beds.values()))
+        found.append(ViscoelasticHistory.at_rest(plain, series_of(material, model.strain)))
+    return BodyHistory((*found, *static.beds.values()))

@@ -27,8 +27,8 @@ from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.elements import element_of
 from softmark.solvers.energies.energy import Floats, Ints
-from softmark.solvers.energies.poroelastic import INNER, Pores, Seeping, pores_of
-from softmark.solvers.energies.viscoelastic_memory import Memories
+from softmark.solvers.energies.poroelastic import INNER, PoreFluid, PoroelasticSolid, find_pore_fluid
+from softmark.solvers.energies.viscoelastic_memory import BodyHistory
 from softmark.solvers.linear.linear_solver import Linear
 from softmark.solvers.mesh.element_interpolation import locate_points
 from softmark.solvers.mesh.mesh import Mesh, facet_areas
@@ -80,7 +80,7 @@ class PreparedSoaked(PreparedAged):
         return found
 
     def _finish(self, found: Any, state: Aged) -> Solution:
-        solution, pores = PreparedAged._finish(self, found, state), pores_of(state.memories)
+        solution, pores = PreparedAged._finish(self, found, state), find_pore_fluid(state.memories)
         shown = {"balance": pores.balance, "moved_m3": pores.moved + pores.passed, "outflow_m3": self._outflows(pores),
                  "smallest_step_s": self.smallest,
                  "unresolved": pores.unresolved}  # fmt: skip
@@ -92,7 +92,7 @@ class PreparedSoaked(PreparedAged):
         reason = f"of the fluid that moved {pores.balance:.1e} is lost or made: its steps are not solved"
         return Solution("not_converged", reason, facts)
 
-    def _unresolved(self, pores: Pores) -> Iterator[Diagnostic]:
+    def _unresolved(self, pores: PoreFluid) -> Iterator[Diagnostic]:
         """A warning where the last step does not show how fluid moved in it."""
         if pores.unresolved <= COARSE:
             return
@@ -102,16 +102,16 @@ class PreparedSoaked(PreparedAged):
                          "of what a load does at once the first step knows little: take shorter ones, or look"
                          " later")  # fmt: skip
 
-    def _outflows(self, pores: Pores) -> dict[str, float]:
+    def _outflows(self, pores: PoreFluid) -> dict[str, float]:
         return {name: float(pores.out[which].sum()) for name, which in self.drains}
 
     def _carried(self, state: Aged, u: Floats, stored: float, lost: float) -> nodal_forces.Carried:
         found = PreparedAged._carried(self, state, u, stored, lost)
-        pores = pores_of(state.memories)
+        pores = find_pore_fluid(state.memories)
         return replace(found, fluid=Fluid(self.mesh, nodal(self.mesh, pores.energy, state.x), self._outflows(pores)))
 
 
-def nodal(mesh: Mesh, energy: Seeping, x: Floats) -> Floats:
+def nodal(mesh: Mesh, energy: PoroelasticSolid, x: Floats) -> Floats:
     """The pressure of the fluid at all nodes (n,), Pa, positive in compression: linear between the corners of cells."""
     each = -energy.unit * x[energy.pressures] @ element_of(mesh.element.linear).shape(mesh.element.places()).T
     found = np.zeros(len(mesh.points))
@@ -135,7 +135,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     target = np.concatenate([problem.target, -values / own.unit])
     which = np.zeros(own.dofs - 3 * own.nodes, dtype=np.bool_)
     which[places] = True
-    memories = Memories((Pores.at_rest(own, which), *static.beds.values()))
+    memories = BodyHistory((PoreFluid.at_rest(own, which), *static.beds.values()))
     loads = static.unknowns.loads([energy for _, energy in static.driven])
     assembly = Assembly(old.dofs, fixed, memories.energies, loads, old.points)
     linear = replace(element_formulations.spared(Linear(), assembly), halved=True)
@@ -151,7 +151,7 @@ def prepare(model: Fem, declared: Declared, case: Case, workshop: Workshop) -> P
     return _judged(made, drained)
 
 
-def _held(case: Case, mesh: Mesh, energy: Seeping) -> tuple[dict[int, Declared], Ints]:
+def _held(case: Case, mesh: Mesh, energy: PoroelasticSolid) -> tuple[dict[int, Declared], Ints]:
     """Of every held pressure the support that holds it; and the facets (f,) that fluid goes through. Raises Fault."""
     number = np.full(len(mesh.points), -1)
     number[mesh.cells[:, : energy.pressures.shape[1]]] = energy.pressures - 3 * energy.nodes

@@ -19,7 +19,7 @@ from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
-    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.rigid_contact import RigidContact
     from softmark.solvers.dynamics.trajectory import Trajectory
     from softmark.solvers.mesh.mesh import Mesh
 
@@ -37,7 +37,7 @@ class Followed:
     """
 
     case: Case
-    contacts: Mapping[str, Touching]
+    contacts: Mapping[str, RigidContact]
     meets: Mapping[str, Any]
     mesh: Mesh
     track: Trajectory

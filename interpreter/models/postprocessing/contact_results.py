@@ -12,12 +12,12 @@ import numpy as np
 from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
 from softmark.interpreter.results.reaction_results import Friction, Touch
 from softmark.records import dataclass
-from softmark.solvers.contact.contact_pressure_recovery import Pressing
+from softmark.solvers.contact.contact_pressure_recovery import ContactPressure
 from softmark.solvers.energies.energy import Floats, Ints
 
 if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
-    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.rigid_contact import RigidContact
 
 SAME = 1e-7  # of the size of a slice: nodes that are nearer in its plane are at one place
 ON = 1e-3  # of the extent of the surface: a point that is farther from it is not on it
@@ -32,7 +32,7 @@ class Surface:
 
     X: Floats
     may: Ints
-    pressing: Pressing
+    pressing: ContactPressure
     rubbed: Mapping[str, Floats] = field(default_factory=dict)
     sides: int = 1
 
@@ -56,12 +56,12 @@ class Surface:
 
     def values(self, name: str, X: Floats) -> Floats:
         """The same of any number at its nodes."""
-        from softmark.solvers.contact.signed_distance.triangle_tree import Boxes
+        from softmark.solvers.contact.signed_distance.triangle_tree import TriangleTree
 
         split = np.array(self.pressing.plain.halves)
         triangles = self.pressing.corners[:, split].reshape(-1, 3)
         corners = self.X[triangles]
-        nearest, shares = Boxes(corners).closest(X)
+        nearest, shares = TriangleTree(corners).closest(X)
         far = np.linalg.norm(np.einsum("na,nai->ni", shares, corners[nearest]) - X, axis=1)
         found: Floats = np.einsum("na,na->n", shares, self.at_nodes[name][triangles[nearest]])
         size = float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
@@ -90,7 +90,7 @@ def alike(X: Floats) -> Ints:
     return found
 
 
-def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> Touch:
+def touch_of(case: Case, contact: RigidContact, X: Floats, x: Floats, u: Floats) -> Touch:
     """What a contact comes to, of nodes at X (n, 3), m, that are taken to be at x (n, 3) when moved by u (3 n,)."""
     gaps, push = contact.gaps(u), contact.A * contact.pressures(u)
     g = np.full(len(X), np.inf)
@@ -102,18 +102,18 @@ def touch_of(case: Case, contact: Touching, X: Floats, x: Floats, u: Floats) -> 
     return touch_from(X, contact, own, float(gaps.min()), left)
 
 
-def pressed(case: Case, contact: Touching, X: Floats, x: Floats, f: Floats, g: Floats) -> Pressing:
+def pressed(case: Case, contact: RigidContact, X: Floats, x: Floats, f: Floats, g: Floats) -> ContactPressure:
     """What presses by f (n,), N, with gaps g (n,), m, on nodes at X (n, 3), m, that are taken to be at x (n, 3)."""
     assert contact.facets is not None
     few = contact.extra is None and len(contact.A) <= len(contact.nodes) + len(contact.facets)
     near = g < contact.barrier.distance
     touching = near if few and (near.any() or not f.any()) else None  # else it touches between nodes as well, or alone
     same = alike(X) if case.planar else None
-    return Pressing(contact.facets, x, f, g, plane_modulus(case), case.depth, same, touching)
+    return ContactPressure(contact.facets, x, f, g, plane_modulus(case), case.depth, same, touching)
 
 
 def touch_from(
-    X: Floats, contact: Touching, own: Pressing, gap: float, left: float, rubbing: Friction | None = None
+    X: Floats, contact: RigidContact, own: ContactPressure, gap: float, left: float, rubbing: Friction | None = None
 ) -> Touch:
     """What a contact comes to, of what presses, the least gap and the mean one where it does, m."""
     return Touch(own.area, own.largest, gap, left, Surface(X, contact.nodes, own), rubbing)

@@ -10,17 +10,17 @@ from softmark.interpreter.models.postprocessing.contact_results import Surface, 
 from softmark.interpreter.models.postprocessing.nodal_forces import force_at_nodes
 from softmark.interpreter.models.shared.rigid_contact_setup import plane_modulus
 from softmark.interpreter.results.reaction_results import Friction, Touch
-from softmark.solvers.contact.closest_face_points import away
-from softmark.solvers.contact.contact_pressure_recovery import Pressing
-from softmark.solvers.contact.deformable_friction import Sliding
+from softmark.solvers.contact.closest_face_points import vectors_from_closest_points
+from softmark.solvers.contact.contact_pressure_recovery import ContactPressure
+from softmark.solvers.contact.deformable_friction import DeformableFriction
 from softmark.solvers.contact.surface_separation import least_facing_distance
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.friction_history import Rubbed
     from softmark.interpreter.problem.body_case import Case
-    from softmark.solvers.contact.contact_surface import Skin
-    from softmark.solvers.contact.deformable_contact import Colliding
-    from softmark.solvers.contact.deformable_friction import Hold
+    from softmark.solvers.contact.contact_surface import ContactSurface
+    from softmark.solvers.contact.deformable_contact import IpcContact
+    from softmark.solvers.contact.deformable_friction import TangentialCoupling
     from softmark.solvers.energies.energy import Floats, Ints
     from softmark.solvers.mesh.mesh import Mesh
 
@@ -31,7 +31,7 @@ LEAST = 1e-300  # N
 
 def meeting_of(
     case: Case,
-    contact: Colliding | Sliding,
+    contact: IpcContact | DeformableFriction,
     mesh: Mesh,
     x: Floats,
     u: Floats,
@@ -41,10 +41,10 @@ def meeting_of(
     """What it comes to, of nodes that are taken to be at x (n, 3), m, when moved by u (3 n,), m.
 
     What presses on nodes, `force` (n, 3), N, is that of this state unless it is given. Pressures are those of the
-    forces at the nodes of both surfaces, as of a rigid body (`Pressing`), the area is half of that of both. Which
+    forces at the nodes of both surfaces, as of a rigid body (`ContactPressure`), the area is half of that of both. Which
     samples press, and how far what they press on is, tells the gap that is left.
     """
-    sliding = contact if isinstance(contact, Sliding) else Sliding(contact, 0.0)
+    sliding = contact if isinstance(contact, DeformableFriction) else DeformableFriction(contact, 0.0)
     hold, pressing, skin = sliding.hold(u), sliding.pressing, contact.skin
     own_facets, n = np.unique(skin.of), _outward(x, mesh.facets[np.unique(skin.of[hold.which])])
     facets, both = mesh.facets[own_facets], _met(skin, hold, own_facets)
@@ -54,7 +54,7 @@ def meeting_of(
         g[nodes] = _gaps(skin, (mesh.points + u.reshape(-1, 3))[nodes], nodes, mesh, u)
         near = g < pressing.distance
     same = alike(mesh.points) if case.planar else None
-    pressed = Pressing(facets, x, f, g, plane_modulus(case), case.depth, same, near)
+    pressed = ContactPressure(facets, x, f, g, plane_modulus(case), case.depth, same, near)
     left = float(hold.N @ hold.far / max(float(hold.N.sum()), LEAST))
     least: float | None = min(pressing.least(u), float(np.nanmin(g[nodes], initial=np.inf)))
     if least == np.inf:  # farther apart than the barrier reaches
@@ -64,7 +64,7 @@ def meeting_of(
     return Touch(pressed.area / both, pressed.largest, least, left, field, rubbing)
 
 
-def _met(skin: Skin, hold: Hold, facets: Ints) -> int:
+def _met(skin: ContactSurface, hold: TangentialCoupling, facets: Ints) -> int:
     """How many surfaces are told of: 1 where a condition leaves out the one that is pressed on, else 2."""
     there = np.isin(skin.home[hold.faces], facets)
     return SIDES if hold.N @ there >= 0.5 * hold.N.sum() else 1
@@ -82,15 +82,15 @@ def _outward(x: Floats, facets: Ints) -> Floats:
     return unit
 
 
-def _gaps(skin: Skin, places: Floats, nodes: Ints, mesh: Mesh, u: Floats) -> Floats:
+def _gaps(skin: ContactSurface, places: Floats, nodes: Ints, mesh: Mesh, u: Floats) -> Floats:
     """How far nodes at places (m, 3), m, are from faces of other pieces (m,), m."""
     from scipy.spatial import cKDTree
 
-    from softmark.solvers.contact.contact_surface import pieces_of
+    from softmark.solvers.contact.contact_surface import number_mesh_pieces
 
     d, corners = skin.X.shape[1], skin.faces
     V = skin.places(u)[: skin.corners]
-    of, piece = skin.patch[corners[:, 0]], pieces_of(mesh)[nodes]
+    of, piece = skin.patch[corners[:, 0]], number_mesh_pieces(mesh)[nodes]
     found = np.full(len(nodes), np.inf)
     for one in np.unique(piece):
         mine, others = np.flatnonzero(piece == one), np.flatnonzero(of != one)
@@ -99,12 +99,12 @@ def _gaps(skin: Skin, places: Floats, nodes: Ints, mesh: Mesh, u: Floats) -> Flo
         faces, p = V[corners[others]], places[mine, :d]
         k = min(NEAR, len(others))
         near = cKDTree(faces.mean(axis=1)).query(p, k=k)[1].reshape(len(mine), k)
-        far = np.linalg.norm(away(np.repeat(p, k, axis=0), faces[near.ravel()]), axis=1)
+        far = np.linalg.norm(vectors_from_closest_points(np.repeat(p, k, axis=0), faces[near.ravel()]), axis=1)
         found[mine] = far.reshape(len(mine), k).min(axis=1)
     return found
 
 
-def _across(skin: Skin, mesh: Mesh, u: Floats) -> float | None:
+def _across(skin: ContactSurface, mesh: Mesh, u: Floats) -> float | None:
     """The least distance across a fold or a slot, m; None where no parts of the surface face each other."""
     V, d = skin.places(u)[: skin.corners], skin.X.shape[1]
     c = (mesh.points + u.reshape(-1, 3))[mesh.facets[skin.home]]
@@ -116,7 +116,7 @@ def _across(skin: Skin, mesh: Mesh, u: Floats) -> float | None:
 
 
 def _rubbing(
-    contact: Sliding, hold: Hold, skin: Skin, u: Floats, own: Rubbed, n: int
+    contact: DeformableFriction, hold: TangentialCoupling, skin: ContactSurface, u: Floats, own: Rubbed, n: int
 ) -> tuple[Friction, dict[str, Floats]]:
     """What friction makes of it, and how far nodes (n,) have slid, and whether they stick; areas are half of both."""
     slides = hold.slip(u, contact.friction).slides

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.language.compiled_scene import Declared
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
-    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.rigid_contact import RigidContact
     from softmark.solvers.mesh.mesh import Mesh
 
 Bools = NDArray[np.bool_]
@@ -160,7 +160,7 @@ def counted(bed: Energy, forces: Floats) -> Floats:
     return forces if bed.told is None else np.where(bed.told[:, None], forces, 0.0)
 
 
-def touched(carried: Carried, contacts: Mapping[str, Touching], case: Case) -> Carried:
+def touched(carried: Carried, contacts: Mapping[str, RigidContact], case: Case) -> Carried:
     """With what rigid bodies do to a body that touches them."""
     from softmark.interpreter.models.postprocessing.contact_results import touch_of
 

@@ -16,7 +16,7 @@ from softmark.solvers.mesh.mesh import Floats, Mesh
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.friction_history import Past
     from softmark.solvers.contact.signed_distance.distance_function import Gap
-    from softmark.solvers.contact.surface_points import Joined
+    from softmark.solvers.contact.surface_points import AddedContactPoints
 
 FRAMES = 40  # of the mesh that are kept for other programs
 
@@ -72,7 +72,9 @@ class Deformed(Meshed):
     beside: Mapping[str, Gap] = field(default_factory=dict)  # rigid bodies where they are, by contact
     rubbed: Past = field(default_factory=dict)  # what friction remembers, by contact
     stiffer: float = 1.0  # times what was begun with were the barriers before them
-    joined: Mapping[str, Joined] = field(default_factory=dict)  # points that are kept clear besides, by contact
+    joined: Mapping[str, AddedContactPoints] = field(
+        default_factory=dict
+    )  # points that are kept clear besides, by contact
 
 
 def in_motion(mesh: Mesh, times: Floats, u: Floats) -> dict[str, Any]:

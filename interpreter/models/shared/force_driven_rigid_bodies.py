@@ -15,8 +15,8 @@ import numpy as np
 from softmark.interpreter.models.shared.rigid_body_load_setup import force_on
 from softmark.interpreter.models.shared.rigid_contact_setup import Moving
 from softmark.interpreter.problem.body_case import Case, Touch
-from softmark.solvers.contact.rigid_friction import Rubbing
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.rigid_friction import RigidFriction
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.statics.force_controlled_rigid_body import Press
 
 
@@ -38,14 +38,14 @@ def _placed(contact: Any, d: float) -> Any:
     moving: Moving = contact.posed
     posed = replace(moving, touch=replace(moving.touch, gone=d))
     known: dict[str, Any] = {"posed": posed}
-    if isinstance(contact, Rubbing):
+    if isinstance(contact, RigidFriction):
         known["carries"] = posed.pose
     return replace(contact, **known)
 
 
 def _shift(body: Any) -> tuple[float, float, float]:
     """Return the translation of a rigid body from where it was declared, m."""
-    return body.pose.shift if isinstance(body, Posed) else Pose().shift
+    return body.pose.shift if isinstance(body, MovedGap) else RigidMotion().shift
 
 
 def settled(case: Case, beside: Mapping[str, Any]) -> Case:

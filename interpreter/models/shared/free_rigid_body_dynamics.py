@@ -25,9 +25,9 @@ from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad
 from softmark.interpreter.vocabulary.load_words import MomentLoad as Moment
 from softmark.records import dataclass
 from softmark.solvers.assembly.assembly import Assembly
-from softmark.solvers.contact.free_rigid_bodies import Bodies, Free, afloat
-from softmark.solvers.contact.rigid_body_loads import Pulled
-from softmark.solvers.contact.rigid_mass_properties import volume_of
+from softmark.solvers.contact.free_rigid_bodies import FreeBodyChart, FreeRigidBody, make_contact_with_free_body
+from softmark.solvers.contact.rigid_body_loads import RigidBodyLoad
+from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.dynamics.dynamic_problem import Direct
 from softmark.solvers.dynamics.integrator import Motion
@@ -110,10 +110,13 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
     problem, dofs = motion.problem, motion.problem.assembly.dofs
     bodies = {touch.rigid.name: touch for touch in case.contacts if touch.rigid.thing.free}
     made = [_free(touch, dofs + 6 * i) for i, touch in enumerate(bodies.values())]
-    chart, names, own = Bodies(made), tuple(bodies), [t.rigid.name for t in case.contacts]
+    chart, names, own = FreeBodyChart(made), tuple(bodies), [t.rigid.name for t in case.contacts]
     plain = problem.assembly.loads[: len(problem.assembly.loads) - len(case.contacts)]
     contacts: list[Any] = list(problem.assembly.loads[len(plain) :])
-    contacts = [afloat(c, chart, names.index(n)) if n in bodies else c for c, n in zip(contacts, own, strict=True)]
+    contacts = [
+        make_contact_with_free_body(c, chart, names.index(n)) if n in bodies else c
+        for c, n in zip(contacts, own, strict=True)
+    ]
     pulls, courses = _pulled(chart, bodies)
     assembly = Assembly(
         dofs + 6 * len(made),
@@ -139,24 +142,24 @@ def beside(motion: PreparedMotion, case: Case) -> MotionBeside:
     return MotionBeside(static, declared, analysis, fitted, mesh, case=motion.case, chart=chart, names=names, dofs=dofs)
 
 
-def _free(touch: Touch, first: int) -> Free:
+def _free(touch: Touch, first: int) -> FreeRigidBody:
     """Return a free rigid body with its mass and inertia; `first` is its first unknown."""
     thing: Any = touch.rigid.thing
     gap = gap_of(thing.shape)
-    volume = None if gap is None else volume_of(gap)
+    volume = None if gap is None else mass_properties_of(gap)
     assert volume is not None  # refused when the scene is checked
     mass = thing.mass or thing.density * volume.V
     J, axes = volume.principal
-    return Free(first, mass, mass * J, axes, volume.middle)
+    return FreeRigidBody(first, mass, mass * J, axes, volume.middle)
 
 
-def _begun(body: Free, touch: Touch) -> Floats:
+def _begun(body: FreeRigidBody, touch: Touch) -> Floats:
     """Return initial velocities (6,): that of the centre of mass, m/s, and the spin about the body's own axes, rad/s."""
     thing: Any = touch.rigid.thing
     return np.concatenate([thing.velocity, np.array(thing.spin) @ body.axes])
 
 
-def _pulled(chart: Bodies, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
+def _pulled(chart: FreeBodyChart, touches: Mapping[str, Touch]) -> tuple[list[Energy], list[Course]]:
     """Return the loads on rigid bodies, and the amplitude of each."""
     pulls, courses = list[Energy](), list[Course]()
     for which, touch in enumerate(touches.values()):
@@ -166,20 +169,20 @@ def _pulled(chart: Bodies, touches: Mapping[str, Touch]) -> tuple[list[Energy], 
     return pulls, courses
 
 
-def _pull(chart: Bodies, which: int, load: Declared) -> Pulled:
+def _pull(chart: FreeBodyChart, which: int, load: Declared) -> RigidBodyLoad:
     """Return one load on a rigid body: its weight at the centre of mass, a point force, or a moment."""
     body, none = chart.bodies[which], np.zeros(3)
     match load.thing.action:
         case BodyForce(acceleration):
-            return Pulled(chart, which, body.mass * np.array(acceleration), body.middle, none)
+            return RigidBodyLoad(chart, which, body.mass * np.array(acceleration), body.middle, none)
         case PointLoad(at, force):
-            return Pulled(chart, which, np.array(force), np.array(at), none)
+            return RigidBodyLoad(chart, which, np.array(force), np.array(at), none)
         case Moment(_, moment):
-            return Pulled(chart, which, none, body.middle, np.array(moment))
+            return RigidBodyLoad(chart, which, none, body.middle, np.array(moment))
     raise TypeError(f"`{load.name}` does not act on rigid bodies")  # refused when the scene is checked
 
 
-def _mass(mass: Any, bodies: Sequence[Free]) -> Any:
+def _mass(mass: Any, bodies: Sequence[FreeRigidBody]) -> Any:
     """Return the mass of all unknowns, kg and kg m^2, as a matrix or its diagonal."""
     own = np.concatenate([[b.mass, b.mass, b.mass, *b.J] for b in bodies])
     if isinstance(mass, np.ndarray):

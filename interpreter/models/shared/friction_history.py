@@ -10,15 +10,15 @@ import numpy as np
 
 from softmark.interpreter.results.reaction_results import Friction, Touch
 from softmark.records import dataclass
-from softmark.solvers.contact.deformable_friction import Sliding
-from softmark.solvers.contact.rigid_friction import Rubbing
+from softmark.solvers.contact.deformable_friction import DeformableFriction
+from softmark.solvers.contact.rigid_friction import RigidFriction
 
 LEAST = 1e-300  # N
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.shared.rigid_contact_setup import Bools
-    from softmark.solvers.contact.rigid_contact import Touching
-    from softmark.solvers.contact.surface_points import Points
+    from softmark.solvers.contact.rigid_contact import RigidContact
+    from softmark.solvers.contact.surface_points import SurfacePoints
     from softmark.solvers.energies.energy import Energy, Floats
 
 
@@ -36,7 +36,7 @@ class Rubbed:
     slid: Floats
     work: float
     now: float
-    points: Points | None = None
+    points: SurfacePoints | None = None
 
 
 Past = Mapping[str, Rubbed]
@@ -48,23 +48,23 @@ def past_of(contacts: Mapping[str, Energy], u: Floats, before: Past) -> dict[str
     for name, contact in contacts.items():
         anchors: Any
         points = None
-        if isinstance(contact, Sliding):
+        if isinstance(contact, DeformableFriction):
             anchors, slid, lost = contact.settled(u)
-        elif isinstance(contact, Rubbing):
+        elif isinstance(contact, RigidFriction):
             anchors, slid, lost = contact.settled(u), contact.gone + contact.slid(u), contact.lost(u)
             points = contact.points
         else:
             continue
         work = before[name].work if name in before else 0.0
-        if name in before and isinstance(contact, Sliding):
+        if name in before and isinstance(contact, DeformableFriction):
             slid = before[name].slid + slid
         found[name] = Rubbed(anchors, slid, work + lost, lost, points)
     return found
 
 
-def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> Touch:
+def slipped(touch: Touch, contact: RigidContact, u: Floats, own: Rubbed | None) -> Touch:
     """Return a contact result extended by slip, sticking share and dissipation; unchanged without friction."""
-    if own is None or not isinstance(contact, Rubbing):
+    if own is None or not isinstance(contact, RigidFriction):
         return touch
     pressed, sticks, share = contact.sticking(u)
     push = contact.A * contact.pressures(u)
@@ -74,7 +74,7 @@ def slipped(touch: Touch, contact: Touching, u: Floats, own: Rubbed | None) -> T
     return replace(touch, rubbing=Friction(slip, held, share * touch.area, own.now), field=seen)
 
 
-def _at_nodes(contact: Touching, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
+def _at_nodes(contact: RigidContact, push: Floats, sticks: Bools, slid: Floats, nodes: int) -> dict[str, Floats]:
     """Return the slip and the sticking state at nodes."""
     from softmark.interpreter.models.postprocessing.contact_results import spread
 
@@ -95,7 +95,7 @@ def resumed(contacts: Mapping[str, Energy], past: Past) -> dict[str, Energy]:
 def _resumed(contact: Any, own: Rubbed) -> Energy:
     found: Energy = (
         replace(contact, since=own.anchors)
-        if isinstance(contact, Sliding)
+        if isinstance(contact, DeformableFriction)
         else replace(contact, anchors=own.anchors, gone=own.slid)
     )
     return found

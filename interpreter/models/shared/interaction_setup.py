@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.models.shared.unsupported_bodies import Loose
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
-    from softmark.solvers.contact.rigid_contact import Touching
+    from softmark.solvers.contact.rigid_contact import RigidContact
     from softmark.solvers.contact.signed_distance.distance_function import Gap
     from softmark.solvers.energies.energy import Energy, Floats
     from softmark.solvers.mesh.element_interpolation import Integration
@@ -41,7 +41,7 @@ def beds(case: Case, mesh: Mesh) -> dict[str, Any]:
     return found
 
 
-def contacts(case: Case, mesh: Mesh) -> dict[str, Touching]:
+def contacts(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
     """Return the energies of the contacts with rigid bodies, by name. Raises Fault."""
     if not case.contacts:
         return {}
@@ -136,13 +136,13 @@ def gone(case: Case, mesh: Moved | None) -> Case:
     return force_driven_rigid_bodies.settled(case, mesh.beside)
 
 
-def settled(solid: Any, found: Equilibrium) -> dict[str, Touching]:
+def settled(solid: Any, found: Equilibrium) -> dict[str, RigidContact]:
     """Return the contacts of a solid at equilibrium: barriers may be stiffer, and contact points may have been added."""
-    contacts: dict[str, Touching] = solid.contacts
+    contacts: dict[str, RigidContact] = solid.contacts
     return dict(zip(contacts, found.beside, strict=True)) if found.beside else contacts
 
 
-def kept(solid: Any, contacts: Mapping[str, Touching], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
+def kept(solid: Any, contacts: Mapping[str, RigidContact], x: Floats) -> tuple[tuple[Diagnostic, ...], str]:
     """Return warnings about a solid that supports leave free, in a state x (3 n,), m, and its remaining free motions."""
     if solid.loose is None:
         return (), ""
@@ -153,7 +153,7 @@ def kept(solid: Any, contacts: Mapping[str, Touching], x: Floats) -> tuple[tuple
     return notes, adrift
 
 
-def bare(solid: Any, contacts: Mapping[str, Touching]) -> Assembly:
+def bare(solid: Any, contacts: Mapping[str, RigidContact]) -> Assembly:
     """Return the assembly of a solid with these contacts and without the stabilization spring."""
     known: Assembly = solid.assembly
     if any(contact is not solid.contacts[name] for name, contact in contacts.items()):
@@ -172,7 +172,7 @@ def keeping(solid: Solid, x: Floats) -> Solid:
     return found
 
 
-def _acting(assembly: Assembly, contacts: Mapping[str, Touching]) -> Assembly:
+def _acting(assembly: Assembly, contacts: Mapping[str, RigidContact]) -> Assembly:
     """Return the assembly with its own contacts, which are its last loads, replaced by these."""
     plain = assembly.loads[: len(assembly.loads) - len(contacts)]
     return assembly.joined([*plain, *contacts.values()])
@@ -206,7 +206,7 @@ def resumed(made: Solid, before: Moved) -> Solid:
     return found
 
 
-def met(solid: Any, u: Floats, contacts: Mapping[str, Touching], facts: Mapping[str, Any]) -> dict[str, Any]:
+def met(solid: Any, u: Floats, contacts: Mapping[str, RigidContact], facts: Mapping[str, Any]) -> dict[str, Any]:
     """Return the contact state of a solid after displacements u (n, 3), m.
 
     It has the rigid body positions, the friction history, the barrier stiffening and the added contact points.
@@ -226,7 +226,7 @@ def past(contacts: Mapping[str, Energy], u: Floats, before: Past) -> Past:
     return past_of(contacts, u, before)
 
 
-def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed: Past) -> Carried:
+def touched(found: Carried, contacts: Mapping[str, RigidContact], solid: Any, rubbed: Past) -> Carried:
     """Add contact forces of rigid bodies, self-contact and friction to the nodal forces of a solid."""
     case, u = solid.pieces[0].case, found.u.ravel()
     if contacts:
@@ -245,6 +245,6 @@ def touched(found: Carried, contacts: Mapping[str, Touching], solid: Any, rubbed
     return replace(found, touches=touches, dissipated=found.dissipated + sum(own.work for own in rubbed.values()))
 
 
-def beside(contacts: Mapping[str, Touching]) -> dict[str, Gap]:
+def beside(contacts: Mapping[str, RigidContact]) -> dict[str, Gap]:
     """Return the rigid bodies at their present positions, by contact."""
     return {name: contact.body for name, contact in contacts.items()}

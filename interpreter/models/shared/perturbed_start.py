@@ -100,12 +100,12 @@ def of_rod(known: Disturbance, problem: Statics, rest: Floats) -> Equilibrium:
     """
     import numpy as np
 
-    from softmark.solvers.energies.rod_state import chain
+    from softmark.solvers.energies.rod_state import chain_elements
     from softmark.solvers.statics.perturbed_states import DisturbedNodes, disturbed
     from softmark.solvers.statics.recovery_from_perturbation import Tangled, recovered
 
     nodes = rest.reshape(-1, 7)
-    body = DisturbedNodes(nodes[:, :3], chain(len(nodes)), known.amount)
+    body = DisturbedNodes(nodes[:, :3], chain_elements(len(nodes)), known.amount)
     x = nodes.copy()
     x[:, :3] = disturbed(known.kind, body, known.seed)
     if known.kind in ("scrambled", "spun"):

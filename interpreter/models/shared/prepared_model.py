@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from softmark.interpreter.problem.body_case import Case
     from softmark.solvers.assembly.assembly import Assembly
     from softmark.solvers.contact.signed_distance.distance_function import Gap
-    from softmark.solvers.contact.surface_points import Joined
+    from softmark.solvers.contact.surface_points import AddedContactPoints
     from softmark.solvers.dynamics.time_step_error import StepError
     from softmark.solvers.mesh.mesh import Mesh
     from softmark.solvers.model_reduction.reduction_error import ReductionError
@@ -90,7 +90,7 @@ class Moved(Protocol):
         """Factor by which the barriers of rigid contacts are stiffer than at the start."""
 
     @property
-    def joined(self) -> Mapping[str, Joined]:
+    def joined(self) -> Mapping[str, AddedContactPoints]:
         """Added contact points on facets, by name of the contact."""
 
 

@@ -138,14 +138,14 @@ def came_back(declared: Declared, lost: Floats, work: float, unknown: bool) -> I
 
     `work` is the scale of energy in the motion, J.
     """
-    from softmark.solvers.energies.viscoelastic_memory import fall_of
+    from softmark.solvers.energies.viscoelastic_memory import largest_decrease
 
     if unknown:
         yield diagnostic("W368", declared.at(), f"what `{declared.name}` stores and has dissipated is not known",
                          "its law is not convex there", "forces are those of the law: read them alone, or use another"
                          " law, `of = shape` of rubber")  # fmt: skip
         return
-    fall, most = fall_of(lost), float(abs(lost).max())
+    fall, most = largest_decrease(lost), float(abs(lost).max())
     if fall <= FALLS * most + ROUNDED * work:
         return
     yield diagnostic("W368", declared.at(), f"of the energy that `{declared.name}` has dissipated"

@@ -6,7 +6,7 @@ from typing import Any
 
 from softmark.interpreter.problem.body_case import Touch
 from softmark.interpreter.vocabulary.load_words import BodyForce, PointLoad
-from softmark.solvers.contact.rigid_mass_properties import volume_of
+from softmark.solvers.contact.rigid_mass_properties import mass_properties_of
 from softmark.solvers.contact.signed_distance import gap_of
 
 
@@ -28,6 +28,6 @@ def weighs(thing: Any) -> float:
     if thing.mass is not None or thing.density is None:
         return float(thing.mass or 0.0)
     gap = gap_of(thing.shape)
-    volume = None if gap is None else volume_of(gap)
+    volume = None if gap is None else mass_properties_of(gap)
     assert volume is not None  # refused when the scene is checked
     return float(thing.density * volume.V)

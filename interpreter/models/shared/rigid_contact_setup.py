@@ -22,10 +22,10 @@ from softmark.interpreter.vocabulary.load_words import (
 )
 from softmark.records import dataclass
 from softmark.solvers.contact.barrier_law import Barrier
-from softmark.solvers.contact.rigid_contact import Touching, node_areas
-from softmark.solvers.contact.rigid_transform import Pose, Posed
+from softmark.solvers.contact.rigid_contact import RigidContact, node_areas
+from softmark.solvers.contact.rigid_transform import MovedGap, RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
-from softmark.solvers.contact.tunnelling_check import Skin, skin
+from softmark.solvers.contact.tunnelling_check import SurfaceTriangles, surface_triangles
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.mesh.plane_boundary import is_on_border
 
@@ -41,7 +41,7 @@ LEAST = 1e-9  # of the size of a body: thinner ones drown in rounding
 BEARS = 0.5  # times Young's modulus: the stiffness of the barrier
 
 
-def contacts_on(case: Case, mesh: Mesh) -> dict[str, Touching]:
+def contacts_on(case: Case, mesh: Mesh) -> dict[str, RigidContact]:
     """Return the energy of every contact, by name.
 
     Raises Fault if a contact has no surface, shares facets with another, or overlaps at the start.
@@ -78,14 +78,14 @@ class Moving:
     def __call__(self, share: float) -> Gap:
         """Return the gap function of the rigid body at its position."""
         pose = pose_at(self.touch, share)
-        return self.gap if pose is None else Posed(self.gap, pose)
+        return self.gap if pose is None else MovedGap(self.gap, pose)
 
-    def pose(self, share: float) -> Pose:
+    def pose(self, share: float) -> RigidMotion:
         """Return its motion from where it is declared."""
-        return pose_at(self.touch, share) or Pose()
+        return pose_at(self.touch, share) or RigidMotion()
 
 
-def pose_at(touch: Touch, share: float) -> Pose | None:
+def pose_at(touch: Touch, share: float) -> RigidMotion | None:
     """Return the motion of a rigid body by supports and loads at a load fraction; None if it is where it was declared."""
     shift, rotation, about = np.zeros(3), np.zeros(3), np.zeros(3)
     if touch.along is not None:
@@ -97,7 +97,7 @@ def pose_at(touch: Touch, share: float) -> Pose | None:
     if not (shift.any() or rotation.any()):
         return None
     (a, b, c), (p, q, r), (x, y, z) = shift.tolist(), rotation.tolist(), about.tolist()
-    return Pose((a, b, c), (p, q, r), (x, y, z))
+    return RigidMotion((a, b, c), (p, q, r), (x, y, z))
 
 
 def size_of(case: Case, mesh: Mesh) -> float:
@@ -153,7 +153,7 @@ def _force_of(action: object, case: Case, mesh: Mesh, volume: float) -> float:
     return 0.0
 
 
-def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
+def _touching(case: Case, touch: Touch, mesh: Mesh) -> RigidContact:
     """Return the energy of one contact, with friction if declared."""
     gap = gap_of(touch.rigid.thing.shape)
     assert gap is not None  # refused when the scene is checked
@@ -164,28 +164,32 @@ def _touching(case: Case, touch: Touch, mesh: Mesh) -> Touching:
     still = _still(case, mesh)
     nodes, areas = nodes[~still[nodes]], areas[~still[nodes]]
     barrier, posed = barrier_of(case, touch, mesh), Moving(gap, touch)
-    made = Touching(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
+    made = RigidContact(nodes, mesh.points[nodes], areas, barrier, posed, bool(case.planar), facets=facets)
     made = replace(made, skin=_skin(case, mesh))
     if steps := inner_steps(case, touch, mesh.points, facets):
-        from softmark.solvers.contact.facet_contact_points import inner
+        from softmark.solvers.contact.facet_contact_points import add_points_inside_facets
 
-        made = inner(made, mesh.points, facets, steps, case.depth, still)
+        made = add_points_inside_facets(made, mesh.points, facets, steps, case.depth, still)
     if _sharper(gap, mesh.points * ((1.0, 1.0, 0.0) if case.planar else 1.0), facets, steps):
-        from softmark.solvers.contact.facet_contact_points import facing
+        from softmark.solvers.contact.facet_contact_points import select_penetrating_facets
 
-        made = replace(made, facing=facing(mesh.points, facets, steps, bool(case.planar), case.depth))
+        made = replace(
+            made, facing=select_penetrating_facets(mesh.points, facets, steps, bool(case.planar), case.depth)
+        )
     if touch.thing.friction:
-        from softmark.solvers.contact.rigid_friction import rubbing
+        from softmark.solvers.contact.rigid_friction import add_friction
 
-        made = rubbing(made, touch.thing.friction, posed.pose)
+        made = add_friction(made, touch.thing.friction, posed.pose)
     _must_be_apart(case, touch, made)
     return made
 
 
-def _skin(case: Case, mesh: Mesh) -> Skin:
+def _skin(case: Case, mesh: Mesh) -> SurfaceTriangles:
     """Return the surface through which a rigid body may enter or leave the body."""
     facets = np.asarray(mesh.facets)
-    return skin(mesh.points, facets[is_on_border(mesh.points, facets, case.depth > 0.0)] if case.planar else facets)
+    return surface_triangles(
+        mesh.points, facets[is_on_border(mesh.points, facets, case.depth > 0.0)] if case.planar else facets
+    )
 
 
 def inner_steps(case: Case, touch: Touch, points: Floats, facets: Ints) -> int:
@@ -236,7 +240,7 @@ def _must_meet_the_plane(case: Case, touch: Touch, gap: Gap) -> None:
         raise Fault(missed)
 
 
-def _must_be_apart(case: Case, touch: Touch, made: Touching) -> None:
+def _must_be_apart(case: Case, touch: Touch, made: RigidContact) -> None:
     """Raise Fault if a rigid body overlaps the body at the start."""
     rest, start = np.zeros(int(made.stencils.max()) + 1), made.at(0.0)
     g = start.gaps(rest)

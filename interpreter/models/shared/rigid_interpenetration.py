@@ -14,7 +14,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.rigid_contact_setup import pose_at
 from softmark.interpreter.problem.body_case import Touch
 from softmark.records import dataclass
-from softmark.solvers.contact.rigid_transform import Pose
+from softmark.solvers.contact.rigid_transform import RigidMotion
 from softmark.solvers.contact.signed_distance import gap_of
 from softmark.solvers.contact.signed_distance.distance_function import Gap
 from softmark.solvers.energies.energy import Floats
@@ -46,7 +46,7 @@ class Thing:
     def inside(self, x: Floats, i: int, time: float) -> Floats:
         """Return the penetration depth (n,), m, of points x (n, 3) in space at a time; negative outside."""
         if self.states is None:
-            pose = pose_at(self.touch, self.course.at(time)) or Pose()
+            pose = pose_at(self.touch, self.course.at(time)) or RigidMotion()
             return -self.gap.gap(pose.back(x))
         now, was = self.states[i], self.states[0]
         own = (x - now[:3]) @ now[3:12].reshape(3, 3)

@@ -11,9 +11,14 @@ from softmark.interpreter.models.shared.rigid_contact_setup import size_of
 from softmark.interpreter.problem.body_case import fault
 from softmark.interpreter.vocabulary.self_contact_words import REACH
 from softmark.interpreter.vocabulary.self_contact_words import Tied as TiedWord
-from softmark.solvers.contact.contact_surface import Skin, others, pieces_of, skin_of
-from softmark.solvers.contact.deformable_contact import Colliding, NoToolkit, toolkit
-from softmark.solvers.contact.tie_constraint import Tied, tied
+from softmark.solvers.contact.contact_surface import (
+    ContactSurface,
+    build_contact_surface,
+    mask_nodes_after_first_piece,
+    number_mesh_pieces,
+)
+from softmark.solvers.contact.deformable_contact import IpcContact, IpctkMissing, import_ipctk
+from softmark.solvers.contact.tie_constraint import TieConstraint, tie_surfaces
 from softmark.solvers.mesh.plane_boundary import is_on_border
 
 if TYPE_CHECKING:
@@ -39,28 +44,30 @@ def _colliding(case: Case, pair: Declared, mesh: Mesh) -> Energy:
     pressing = _pressing(case, pair, mesh)
     if not pair.thing.friction:
         return pressing
-    from softmark.solvers.contact.deformable_friction import Sliding
+    from softmark.solvers.contact.deformable_friction import DeformableFriction
 
-    return Sliding(pressing, pair.thing.friction)
+    return DeformableFriction(pressing, pair.thing.friction)
 
 
-def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
+def _pressing(case: Case, pair: Declared, mesh: Mesh) -> IpcContact:
     """Return the barrier energy of one self-contact. Raises Fault if its surfaces overlap at the start."""
     _must_be_installed(pair)
-    said, several = pair.thing, int(pieces_of(mesh).max()) > 0
+    said, several = pair.thing, int(number_mesh_pieces(mesh).max()) > 0
     parts = said.parts or (STRAIGHT if mesh.facets.shape[1] == mesh.element.facet.corners else CURVED)
-    skin = skin_of(mesh, mesh.points.size, parts, _facets(case, pair, mesh), bool(case.planar), case.depth)
+    skin = build_contact_surface(
+        mesh, mesh.points.size, parts, _facets(case, pair, mesh), bool(case.planar), case.depth
+    )
     thickness = _thickness(case, mesh, skin)
     usual = THIN * size_of(case, mesh)
     asked = said.distance or usual
     stiffness = said.stiffness or SOFT * case.largest_young
-    told = others(mesh)
-    made = Colliding(skin, asked, stiffness, several, thickness, told, mesh.points)
+    told = mask_nodes_after_first_piece(mesh)
+    made = IpcContact(skin, asked, stiffness, several, thickness, told, mesh.points)
     left = _gap(pair, made, size_of(case, mesh))
     if left == asked:
         return made
     if said.distance is None:
-        return Colliding(skin, left, stiffness, several, thickness, told, mesh.points)
+        return IpcContact(skin, left, stiffness, several, thickness, told, mesh.points)
     raise fault(
         "E631",
         pair.at("distance"),
@@ -71,14 +78,14 @@ def _pressing(case: Case, pair: Declared, mesh: Mesh) -> Colliding:
     )
 
 
-def _thickness(case: Case, mesh: Mesh, skin: Skin) -> float:
+def _thickness(case: Case, mesh: Mesh, skin: ContactSurface) -> float:
     """Return the thickness of a slice, or the circumference of the middle ring of a body of revolution, m; 1 in 3D."""
     if case.depth:
         return float(2.0 * np.pi * np.abs(skin.X[:, 0]).mean())
     return float(np.ptp(mesh.points[:, 2])) if case.planar else 1.0
 
 
-def _gap(pair: Declared, made: Colliding, size: float) -> float:
+def _gap(pair: Declared, made: IpcContact, size: float) -> float:
     """Return the gap between surfaces at the start, m, at most the barrier distance. Raises Fault if they meet."""
     rest = np.zeros(made.skin.M.shape[1])
     found = 0.0 if made.intersects(rest) else min(made.least(rest), made.distance)
@@ -97,8 +104,8 @@ def _gap(pair: Declared, made: Colliding, size: float) -> float:
 def _must_be_installed(pair: Declared) -> None:
     """Raise Fault if the package ipctk is not installed."""
     try:
-        toolkit()
-    except NoToolkit as error:
+        import_ipctk()
+    except IpctkMissing as error:
         raise fault(
             "E630",
             pair.at(),
@@ -108,15 +115,17 @@ def _must_be_installed(pair: Declared) -> None:
         ) from error
 
 
-def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
+def _tied(case: Case, pair: Declared, mesh: Mesh) -> TieConstraint:
     """Return the energy of one tie. Raises Fault if it joins no surfaces."""
-    said, of = pair.thing, pieces_of(mesh)
+    said, of = pair.thing, number_mesh_pieces(mesh)
     which = _facets(case, pair, mesh)
     piece = of[mesh.facets[which, 0]]
     stiffness = said.stiffness or STIFF * case.largest_young / size_of(case, mesh)
     reach = said.reach or REACH * size_of(case, mesh)
     sides = [(which[piece == a], which[piece > a]) for a in range(int(of.max()))]
-    each = [tied(mesh, one, other, stiffness, reach, case.depth) for one, other in sides if len(one) and len(other)]
+    each = [
+        tie_surfaces(mesh, one, other, stiffness, reach, case.depth) for one, other in sides if len(one) and len(other)
+    ]
     each = [made for made in each if len(made.nodes)]
     if not each:
         raise fault(
@@ -127,12 +136,12 @@ def _tied(case: Case, pair: Declared, mesh: Mesh) -> Tied:
             f"two pieces of the body must have sides that face each other within {units.format_value(reach, units.LENGTH)}:"
             " give a larger `reach`, or another `where`",
         )
-    return Tied(
+    return TieConstraint(
         np.concatenate([t.nodes for t in each]),
         np.concatenate([t.K for t in each]),
         sum(t.area for t in each),
         stiffness,
-        others(mesh),
+        mask_nodes_after_first_piece(mesh),
     )
 
 

@@ -18,9 +18,9 @@ from softmark.interpreter.models.beam.rigid_motions import point_rows
 from softmark.interpreter.models.shared.support_constraints import Held, held_of, left_free, listed, loosely
 from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
-from softmark.solvers.contact.tie_constraint import Tied
+from softmark.solvers.contact.tie_constraint import TieConstraint
 from softmark.solvers.energies.energy import DynamicPatternEnergy
-from softmark.solvers.energies.stabilization_spring import Ground
+from softmark.solvers.energies.stabilization_spring import StabilizationSpring
 from softmark.solvers.statics.free_body_stabilization import GONE
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Loose:
     """
 
     held: Held
-    spring: Ground
+    spring: StabilizationSpring
     pieces: Bools
     whole: bool
 
@@ -95,9 +95,9 @@ def _pressed(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Boo
 
 def _met(contact: Any, u: Floats, piece: Bools) -> tuple[Floats, Floats, Bools]:
     """Return positions, normals and sticking states of contact samples between a piece and another piece."""
-    from softmark.solvers.contact.deformable_friction import Sliding
+    from softmark.solvers.contact.deformable_friction import DeformableFriction
 
-    hold, skin = (contact if contact.rubs else Sliding(contact, 0.0)).hold(u), contact.skin
+    hold, skin = (contact if contact.rubs else DeformableFriction(contact, 0.0)).hold(u), contact.skin
     own = (abs(hold.W) @ np.repeat(piece, 3).astype(np.float64)).reshape(hold.n.shape).any(axis=1)
     X, n = (np.zeros((int(own.sum()), 3)) for _ in range(2))
     d = skin.X.shape[1]
@@ -123,7 +123,7 @@ def loose(
     each = np.repeat(parts.w.sum(axis=1) / mesh.cells.shape[1], mesh.cells.shape[1])
     volumes = np.bincount(mesh.cells.ravel(), each, len(mesh.points)).astype(np.float64) * free.any(axis=0)
     spring = WEAKEST * case.largest_young * mesh.extent
-    return Loose(held, Ground(volumes / volumes.sum(), spring, np.zeros(dofs)), free, len(every) == 1)
+    return Loose(held, StabilizationSpring(volumes / volumes.sum(), spring, np.zeros(dofs)), free, len(every) == 1)
 
 
 def _pieces(mesh: Mesh, beds: Mapping[str, Any]) -> Bools:
@@ -132,7 +132,7 @@ def _pieces(mesh: Mesh, beds: Mapping[str, Any]) -> Bools:
     from scipy.sparse.csgraph import connected_components
 
     n = len(mesh.points)
-    joined = [mesh.cells, *(bed.nodes for bed in beds.values() if isinstance(bed, Tied))]
+    joined = [mesh.cells, *(bed.nodes for bed in beds.values() if isinstance(bed, TieConstraint))]
     ends = [(np.repeat(nodes[:, 0], nodes.shape[1]), nodes.ravel()) for nodes in joined]
     a, b = (np.concatenate(side) for side in zip(*ends, strict=True))
     count, of = connected_components(coo_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)

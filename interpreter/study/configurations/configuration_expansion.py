@@ -21,7 +21,7 @@ from softmark.interpreter.language.parameter_overrides import Override
 from softmark.interpreter.language.scene_states import states_of
 from softmark.interpreter.language.sweep_values import with_unit
 from softmark.interpreter.pipeline.run_environment import describe
-from softmark.interpreter.planning.declaration_dependencies import reached
+from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
 from softmark.interpreter.results.state_results import percent
 from softmark.interpreter.study.analysis.comparison_point import said_values
@@ -249,7 +249,7 @@ def _sweeps(scene: Scene, only: str | None) -> dict[str, Declared]:
         name = only if isinstance(asked.thing, Sweep) else asked.thing.over
         return {name: studies[name]} if name in studies else {}
     sweeps = {n: d for n, d in studies.items() if isinstance(d.thing, Sweep)}
-    inner = {d.thing.with_ for d in sweeps.values()} | set(reached(scene, scene.of_kind("model")))
+    inner = {d.thing.with_ for d in sweeps.values()} | set(with_dependencies(scene, scene.of_kind("model")))
     wanted = {d.thing.over for d in studies.values() if not isinstance(d.thing, Sweep | Stability)}
     return {n: d for n, d in sweeps.items() if n not in inner or n in wanted}
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
 from softmark.interpreter.models.external.external_program import Asked
-from softmark.interpreter.planning.declaration_dependencies import models_of, reached
+from softmark.interpreter.planning.declaration_dependencies import models_of, with_dependencies
 from softmark.interpreter.study.configurations import source_digests
 
 SPEAKING = ("study", "published")  # kinds that cannot decide what a model comes to
@@ -24,7 +24,7 @@ KEPT = 32  # references that a process remembers
 
 def key_of(scene: Scene, model: str) -> str:
     """SHA-256 over all that decides what a model comes to."""
-    whole = reached(scene, needed_models(scene, model))
+    whole = with_dependencies(scene, needed_models(scene, model))
     h = hashlib.sha256(f"{source_digests.digest()}\0{model}\0".encode())
     for declared in scene.declared.values():
         if declared.name in whole or declared.kind not in (*SPEAKING, "model"):
@@ -64,7 +64,7 @@ def _text(scene: Scene) -> str:
 def _refined_words(scene: Scene, whole: Collection[str]) -> str:
     """Models that references refine, as text without their size, but for those that count as they are."""
     refined = [n for n in _refined(scene) if n not in whole]
-    behind = [n for n in reached(scene, refined) if n not in (*refined, *whole)]
+    behind = [n for n in with_dependencies(scene, refined) if n not in (*refined, *whole)]
     own = [words_of(_unsized(scene.declared[n])) for n in refined]
     return "".join((*own, *(words_of(scene.declared[n]) for n in behind)))
 

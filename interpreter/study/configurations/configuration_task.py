@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
 from softmark.interpreter.metrics.metric_base import ForceMetric
-from softmark.interpreter.planning.declaration_dependencies import reached
+from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.results.json_records import clean
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
 from softmark.interpreter.study.configurations.reference_changes import traces
@@ -111,11 +111,11 @@ def _truth(report: Report, asked: TruthAsked) -> Truth:
 
 def scene_of(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
     """The scene of a task, and the warnings about it. Raises SceneError."""
-    from softmark.interpreter.validation.constructor_registry import compiled
+    from softmark.interpreter.validation.constructor_registry import compile_source
     from softmark.interpreter.validation.scene_checks import check
 
     source, file = Source(task.shown, task.text), Path(task.file) if task.file else None
-    scene, found = compiled(source, Path(task.folder), file, task.overrides, task.plugins)
+    scene, found = compile_source(source, Path(task.folder), file, task.overrides, task.plugins)
     if not any(d.severity == "error" for d in found):
         scene = replace(scene, chosen=needed(scene, task.models))
         found += check(scene)
@@ -128,7 +128,7 @@ def _of_another(scene: Scene, task: PointTask, error: Diagnostic) -> bool:
     """Whether an error is about a model that a task, which is to stand `alone`, does not need."""
     if not task.alone or error.span is None:
         return False
-    others = [d for n, d in scene.of_kind("model").items() if n not in reached(scene, task.models)]
+    others = [d for n, d in scene.of_kind("model").items() if n not in with_dependencies(scene, task.models)]
     return is_about(others, error)
 
 
@@ -173,7 +173,7 @@ def _stated(scene: Scene, model: ModelResult) -> PointStated:
 
 def _concerned(scene: Scene, report: Report, model: ModelResult) -> list[Warned]:
     """Warnings without those at other models, but for the models that this one is made from."""
-    own = reached(scene, [model.name])
+    own = with_dependencies(scene, [model.name])
     others = [d.location for n, d in scene.of_kind("model").items() if n not in own]
     lines = [range(at.span.line, at.span.end_line + 1) for at in others if at.source is scene.source]
     return [w for w in report.warnings if w.line is None or not any(w.line in there for there in lines)]

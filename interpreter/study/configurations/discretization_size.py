@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene
-from softmark.interpreter.planning.declaration_dependencies import reached
+from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.problem.body_case import Fault, case_for
 from softmark.interpreter.study.configurations.configuration_keys import words_of
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
@@ -27,7 +27,7 @@ def resolution_of(scene: Scene, model: str) -> dict[str, Any]:
     `counts`: cells of that mesh along each direction, if the shape of the body tells.
     """
     own = scene.declared[model]
-    whole = [scene.declared[name] for name in reached(scene, [model])]
+    whole = [scene.declared[name] for name in with_dependencies(scene, [model])]
     problem = [d for d in scene.declared.values() if d.kind in PROBLEM]
     found = {}
     for declared in (*problem, *whole):

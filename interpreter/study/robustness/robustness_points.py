@@ -10,7 +10,7 @@ from softmark.grammar.diagnostic import Diagnostic
 from softmark.interpreter.language import parameter_overrides
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.scene_states import in_last_state
-from softmark.interpreter.planning.robustness_plan import StudyUnderway
+from softmark.interpreter.planning.robustness_plan import ResolvedStudy
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject, task_of
 from softmark.interpreter.study.configurations.configuration_task import is_about
@@ -41,7 +41,7 @@ class Ground:
     """The scene of one study, at any values."""
 
     subject: SceneSubject
-    asked: StudyUnderway
+    asked: ResolvedStudy
     _sites: dict[Values, Site] = field(default_factory=dict)
     _tasks: dict[tuple[Values, str], PointTask] = field(default_factory=dict)
 

@@ -10,9 +10,9 @@ from typing import Any
 
 from softmark.interpreter.language.compiled_scene import Declared, Scene, SceneError
 from softmark.interpreter.pipeline.run_environment import environment
-from softmark.interpreter.planning.declaration_dependencies import reached
+from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.planning.parameter_walk import PointClass, Walk
-from softmark.interpreter.planning.robustness_plan import StudyUnderway, asked_of, judges, no_judge
+from softmark.interpreter.planning.robustness_plan import ResolvedStudy, find_judging_metrics, no_judge_error, resolve_study
 from softmark.interpreter.planning.varied_quantities import Value, WalkedQuantity
 from softmark.interpreter.study.configurations.configuration_expansion import SceneSubject
 from softmark.interpreter.study.robustness import pair_maps
@@ -85,7 +85,7 @@ def stress(subject: SceneSubject, request: StabilityRequest) -> Stress:
     return Stress.of(created, environment(started), request.command, subject.described(), studies)
 
 
-def _asked(scene: Scene, request: StabilityRequest) -> list[StudyUnderway]:
+def _asked(scene: Scene, request: StabilityRequest) -> list[ResolvedStudy]:
     """The studies that are meant. Raises SceneError."""
     problems = unknown_models(scene, request.models)
     own = {n: d for n, d in scene.of_kind("study").items() if isinstance(d.thing, Stability)}
@@ -93,12 +93,12 @@ def _asked(scene: Scene, request: StabilityRequest) -> list[StudyUnderway]:
         help = f"studies: {', '.join(own)}" if own else "it declares none; leave `--study` out to walk every number"
         message = f"`{request.study}` is not a stability study of the scene"
         problems.append(at_name("--study", request.study, "E201", message, "not found", help))
-    if not own and not list(judges(scene)):
-        problems.append(no_judge(scene, None, "dsl stress"))
+    if not own and not list(find_judging_metrics(scene)):
+        problems.append(no_judge_error(scene, None, "dsl stress"))
     if problems:
         raise SceneError(problems)
     wanted: list[Declared | None] = [d for n, d in own.items() if request.study in (None, n)]
-    return [asked_of(scene, study, request.models) for study in wanted or [None]]
+    return [resolve_study(scene, study, request.models) for study in wanted or [None]]
 
 
 # ------------------------------------------------------------------ one study
@@ -117,7 +117,7 @@ class StudyTrial:
     outlines: dict[str, str] = field(default_factory=dict)
 
     @property
-    def asked(self) -> StudyUnderway:
+    def asked(self) -> ResolvedStudy:
         """What the study asks."""
         return self.ground.asked
 
@@ -160,7 +160,7 @@ class StudyTrial:
         scene = self.ground.subject.scene
         owner = quantity.name.rpartition(".")[0]
         if quantity.name not in scene.parameters and scene.declared[owner].kind == "model":
-            return owner in reached(scene, [model])
+            return owner in with_dependencies(scene, [model])
         ends: list[Value] = [ladder.at(t) for ladder in quantity.ladders for t in ladder.rungs]
         tried = (self.ground.values({quantity.name: v}) for v in (*ends, *quantity.options))
         sound = next((v for v in tried if v and not self.ground.site(v).errors), None)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from softmark.interpreter.models.external.external_program import Asked
 from softmark.interpreter.pipeline.run_environment import environment
-from softmark.interpreter.planning.declaration_dependencies import reached
+from softmark.interpreter.planning.declaration_dependencies import with_dependencies
 from softmark.interpreter.study.configurations import configuration_keys, source_digests
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def keys_of(scene: Scene, plan: Plan, options: Options) -> dict[str, str]:
 
 def _key(scene: Scene, name: str, base: str) -> str | None:
     """Of a model; None where something of it cannot be told surely."""
-    whole = [scene.declared[n] for n in reached(scene, configuration_keys.needed_models(scene, name))]
+    whole = [scene.declared[n] for n in with_dependencies(scene, configuration_keys.needed_models(scene, name))]
     if not all(map(_sure, whole)):
         return None
     programs = (d.thing.program for d in whole if isinstance(d.thing, Asked))

@@ -160,7 +160,7 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     from softmark.grammar.diagnostic import Source
     from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_scene_file
     from softmark.interpreter.problem.body_case import case_for
-    from softmark.interpreter.validation.constructor_registry import compiled
+    from softmark.interpreter.validation.constructor_registry import compile_source
 
     try:
         path = locate_scene(job.file) if job.text is None and job.file else None
@@ -168,7 +168,7 @@ def _scene(job: TimingJob) -> tuple[Scene, Declared, Case]:
     except UnreadableScene as missing:
         raise Untimed(missing.reason) from missing
     folder = path.parent if path else Path(job.folder)
-    scene, found = compiled(source, folder, path, job.overrides, job.plugins)
+    scene, found = compile_source(source, folder, path, job.overrides, job.plugins)
     if errors := [d for d in found if d.severity == "error"]:
         raise Untimed(f"{errors[0].code}: {errors[0].message}")
     declared = scene.of_kind("model").get(job.model)
@@ -252,7 +252,7 @@ class Timed:
 
     runs: list[Clocked]
     warmed: bool = False  # a first solution was left out
-    compiled: int = 0  # kernels that were compiled or loaded meanwhile
+    compile_source: int = 0  # kernels that were compiled or loaded meanwhile
     paces: list[float] = field(default_factory=list)
     during: Record = field(default_factory=dict)
 

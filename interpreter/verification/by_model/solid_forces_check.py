@@ -184,9 +184,9 @@ def _told(state: Solved, name: str, f: Floats) -> Floats:
     """Of forces between pieces of a body (n, 3), those on all but the first."""
     if all(pair.name != name for pair in state.case.pairs):
         return f
-    from softmark.solvers.contact.contact_surface import others
+    from softmark.solvers.contact.contact_surface import mask_nodes_after_first_piece
 
-    told = others(state.mesh.mesh)
+    told = mask_nodes_after_first_piece(state.mesh.mesh)
     return f if told is None else np.where(told[:, None], f, 0.0)
 
 

@@ -43,6 +43,6 @@ GAPS: dict[type[Shape], Callable[[Any], Gap | None]] = {
 
 
 def gap_of(shape: Shape) -> Gap | None:
-    """Return the signed distance to a shape's surface; None if it has none. Raises UnreadableMesh for a file's surface."""
+    """Return the signed distance to a shape; None if it has none. Raises UnreadableMesh for a file's surface."""
     make = GAPS.get(type(shape))
     return None if make is None or shape.fault else make(shape)

@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def nearest(
+def find_closest_triangles(
     X: Floats, low: Floats, high: Floats, child: Ints, first: Ints, corners: Floats, best: Ints, share: Floats,
     stack: Ints, own: Floats,
 ) -> None:  # fmt: skip
@@ -30,25 +30,25 @@ def nearest(
         while top >= 0:
             node = stack[top]
             top -= 1
-            if _to_box(X, i, low, high, node) >= far:
+            if _squared_distance_to_box(X, i, low, high, node) >= far:
                 continue
             near = child[node]
             if near == 0:
                 for t in range(first[node, 0], first[node, 1]):
-                    d = _to_triangle(X, i, corners, t, own)
+                    d = _squared_distance_to_triangle(X, i, corners, t, own)
                     if d < far:
                         far, best[i] = d, t
                         share[i, 0], share[i, 1], share[i, 2] = own[0], own[1], own[2]
                 continue
             other = near + 1
-            if _to_box(X, i, low, high, other) < _to_box(X, i, low, high, near):
+            if _squared_distance_to_box(X, i, low, high, other) < _squared_distance_to_box(X, i, low, high, near):
                 near, other = other, near
             stack[top + 1], stack[top + 2] = other, near
             top += 2
 
 
 @part
-def _to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
+def _squared_distance_to_box(X: Floats, i: int, low: Floats, high: Floats, node: int) -> float:
     """Return the squared distance from a point to a box, m^2."""
     total = 0.0
     for k in range(3):
@@ -65,7 +65,7 @@ def _dot(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
 
 
 @part
-def _to_triangle(X: Floats, i: int, corners: Floats, t: int, own: Floats) -> float:
+def _squared_distance_to_triangle(X: Floats, i: int, corners: Floats, t: int, own: Floats) -> float:
     """Return the squared distance to a triangle, m^2; sets `own` to barycentric coordinates there, exactly 0 on a side.
 
     It tests the region below the point: corner, side or face. Source: Ericson, Real-Time Collision Detection, 5.1.5.

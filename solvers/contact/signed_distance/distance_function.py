@@ -35,7 +35,7 @@ class Gap(Protocol):
         """Return at points X (n, 3), m: the gap, its gradient, which is the outward normal, and its Hessian."""
 
 
-def inside(gap: Gap) -> float:
+def depth_of_centroid(gap: Gap) -> float:
     """Return the depth of the centroid, m: inf for an infinite shape, 0 if the centroid is in a hollow."""
     middle = gap.centroid
     return np.inf if middle is None else max(0.0, -float(gap.gap(np.array([middle]))[0]))

@@ -16,7 +16,7 @@ NONE = 1e-12  # of its size: what is as near is on it
 
 
 @dataclass(frozen=True)
-class Sides:
+class PolygonSides:
     """Sides of a polygon from `start` (e, 2) along `way` (e, 2), m, with unit outward normals and normals of both
     corners.
     """
@@ -29,7 +29,7 @@ class Sides:
 
 
 @dataclass(frozen=True)
-class Outline:
+class PolygonDistance:
     """Polygon with corners counter-clockwise, m; `around` an axis r >= 0, sides on the axis are no surface."""
 
     corners: Corners
@@ -41,20 +41,20 @@ class Outline:
         return polygons.extent(self.corners)
 
     @cached_property
-    def sides(self) -> Sides:
+    def sides(self) -> PolygonSides:
         """Sides without those on the axis; a side that ends on the axis meets its own mirror image there."""
         a = np.array(self.corners)
         way = np.roll(a, -1, axis=0) - a
         n = np.stack([way[:, 1], -way[:, 0]], axis=1) / np.linalg.norm(way, axis=1)[:, None]
         before, after = np.roll(n, 1, axis=0), np.roll(n, -1, axis=0)
         if not self.around:
-            return Sides(a, way, n, n + before, n + after)
+            return PolygonSides(a, way, n, n + before, n + after)
         on = a[:, 0] <= NONE * self.size
         begins, ends = on, np.roll(on, -1)
         first = np.where(begins[:, None], n + n * [-1.0, 1.0], n + before)
         last = np.where(ends[:, None], n + n * [-1.0, 1.0], n + after)
         kept = ~(begins & ends)
-        return Sides(a[kept], way[kept], n[kept], first[kept], last[kept])
+        return PolygonSides(a[kept], way[kept], n[kept], first[kept], last[kept])
 
     @cached_property
     def sharp(self) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.signed_distance.distance_function import Look
-from softmark.solvers.contact.signed_distance.polygon_distance import Outline
+from softmark.solvers.contact.signed_distance.polygon_distance import PolygonDistance
 from softmark.solvers.mesh import polygons
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.shape import Vector3
@@ -18,7 +18,7 @@ AT = 1e-12  # of its size: what is as near is on an edge
 
 
 @dataclass(frozen=True)
-class Half:
+class HalfSpaceGap:
     """Half-space behind a plane through `origin`, m, with the unit outward `normal`."""
 
     origin: Vector3
@@ -37,7 +37,7 @@ class Half:
 
 
 @dataclass(frozen=True)
-class Brick:
+class BoxGap:
     """Box with edges along x, y and z: its centre and half of its extents, m."""
 
     centroid: Vector3
@@ -45,7 +45,7 @@ class Brick:
     sharpest = 0.0
 
     def _beyond(self, X: Floats) -> tuple[Floats, Floats]:
-        """Return distances of points beyond its faces (n, 3), m, negative inside, and the signs of their sides (n, 3)."""
+        """Return distances beyond its faces (n, 3), m, negative inside, and the signs of the sides (n, 3)."""
         x = X - np.array(self.centroid)
         return np.abs(x) - np.array(self.half), np.where(x < 0.0, -1.0, 1.0)
 
@@ -74,7 +74,7 @@ class Brick:
 
 
 @dataclass(frozen=True)
-class Prism:
+class PrismGap:
     """Prism of a polygon, m, along z from `base` to `base + height`, m; `order` maps its coordinates to x, y and z."""
 
     section: polygons.Corners
@@ -84,9 +84,9 @@ class Prism:
     sharpest = 0.0
 
     @cached_property
-    def outline(self) -> Outline:
+    def outline(self) -> PolygonDistance:
         """Polygon of its section."""
-        return Outline(self.section)
+        return PolygonDistance(self.section)
 
     @property
     def centroid(self) -> Vector3:
@@ -103,14 +103,14 @@ class Prism:
     def gap(self, X: Floats) -> Floats:
         """Return the gap, combined from the distances to its section and beyond its ends."""
         p, z = self._own(X)
-        return _both(self.outline.gap(p), np.abs(z) - 0.5 * self.height)
+        return _intersection_distance(self.outline.gap(p), np.abs(z) - 0.5 * self.height)
 
     def look(self, X: Floats) -> Look:
         """Return gap, normal and Hessian of the nearest side or end, or beyond both of the edge between them."""
         p, z = self._own(X)
         a, m, h = self.outline.look(p)
         b, up = np.abs(z) - 0.5 * self.height, np.where(z < 0.0, -1.0, 1.0)
-        g = _both(a, b)
+        g = _intersection_distance(a, b)
         edge = (a > 0.0) & (b > 0.0) & (g > AT * self.outline.size)
         safe = np.where(edge, g, 1.0)
         ca, cb = np.where(edge, a / safe, a >= b), np.where(edge, b / safe, a < b)
@@ -123,6 +123,6 @@ class Prism:
         return g, n[:, back], H[:, back][:, :, back]
 
 
-def _both(a: Floats, b: Floats) -> Floats:
+def _intersection_distance(a: Floats, b: Floats) -> Floats:
     """Return the distance to the intersection of two independent sets: sqrt(a^2 + b^2) beyond both, m."""
     return np.where((a > 0.0) & (b > 0.0), np.hypot(a, b), np.maximum(a, b))

@@ -9,7 +9,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.contact.signed_distance.distance_function import Look
-from softmark.solvers.contact.signed_distance.polygon_distance import Outline
+from softmark.solvers.contact.signed_distance.polygon_distance import PolygonDistance
 from softmark.solvers.mesh.mesh import Floats
 from softmark.solvers.mesh.polygons import Corners, edges
 from softmark.solvers.mesh.shape import Vector3, add_multiples, transverse
@@ -18,7 +18,7 @@ AXIS = 1e-12  # of its size: what is as near is on the axis
 
 
 @dataclass(frozen=True)
-class Turned:
+class RevolvedGap:
     """Body of revolution: corners (r, z), counter-clockwise, m, around the unit vector `axis` through `origin`, m."""
 
     corners: Corners
@@ -26,9 +26,9 @@ class Turned:
     origin: Vector3
 
     @cached_property
-    def outline(self) -> Outline:
+    def outline(self) -> PolygonDistance:
         """Polygon of its half-section."""
-        return Outline(self.corners, around=True)
+        return PolygonDistance(self.corners, around=True)
 
     @property
     def sharpest(self) -> float:
@@ -38,10 +38,10 @@ class Turned:
     @cached_property
     def centroid(self) -> Vector3:
         """Centroid of its volume, m: z = int r z dA / int r dA over the half-section."""
-        return add_multiples(self.origin, (middle(self.corners), self.axis))
+        return add_multiples(self.origin, (axial_centroid(self.corners), self.axis))
 
     def _own(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return radius and axial position (n, 2), m, the radial unit vector (n, 3), and a mask of points on the axis."""
+        """Return radius and axial position (n, 2), m, the radial unit vector (n, 3), and a mask of the axis."""
         axis = np.array(self.axis)
         x = X - np.array(self.origin)
         z = x @ axis
@@ -75,7 +75,7 @@ class Turned:
         return g, n, H
 
 
-def middle(corners: Corners) -> float:
+def axial_centroid(corners: Corners) -> float:
     """Return the axial position of the centroid of the volume that corners (r, z) enclose around the axis, m."""
     volume = moment = 0.0
     for (a, b), (c, d) in edges(corners):

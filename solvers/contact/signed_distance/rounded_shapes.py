@@ -16,7 +16,7 @@ AT = 1e-12  # of the radius: what is as near is the centre
 
 
 @dataclass(frozen=True)
-class Ball:
+class BallGap:
     """Ball of a `radius` around a centre, m, without a concentric hollow of radius `inner`."""
 
     radius: float
@@ -50,18 +50,18 @@ class Ball:
         r, n = np.where(at, 0.0, r), np.where(at[:, None], [0.0, 0.0, 1.0], x / np.where(at, 1.0, r)[:, None])
         outer = self._outer(r)
         sign = np.where(outer, 1.0, -1.0)
-        H = across(n) * np.where(at, 0.0, sign / np.where(at, 1.0, r))[:, None, None]
+        H = transverse_projection(n) * np.where(at, 0.0, sign / np.where(at, 1.0, r))[:, None, None]
         return np.where(outer, r - self.radius, self.inner - r), sign[:, None] * n, H
 
 
-def across(n: Floats) -> Floats:
+def transverse_projection(n: Floats) -> Floats:
     """Return the projections 1 - n n (n, 3, 3) across unit vectors (n, 3)."""
     found: Floats = np.eye(3) - n[:, :, None] * n[:, None, :]
     return found
 
 
 @dataclass(frozen=True)
-class Rounded:
+class RoundedGap:
     """All points within `radius` of a convex core, m: the gap is that of the core minus the radius, also inside."""
 
     core: Gap

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from softmark.solvers.contact.signed_distance.distance_function import Gap
-from softmark.solvers.contact.signed_distance.polyhedra import Brick, Half, Prism
-from softmark.solvers.contact.signed_distance.revolved_shapes import Turned, middle
-from softmark.solvers.contact.signed_distance.rounded_shapes import Ball, Rounded
+from softmark.solvers.contact.signed_distance.polyhedra import BoxGap, HalfSpaceGap, PrismGap
+from softmark.solvers.contact.signed_distance.revolved_shapes import RevolvedGap, axial_centroid
+from softmark.solvers.contact.signed_distance.rounded_shapes import BallGap, RoundedGap
 from softmark.solvers.mesh.extruded_shapes import Extruded
 from softmark.solvers.mesh.revolved_bodies import Revolution
 from softmark.solvers.mesh.rigid_shapes import HalfSpace, RoundedBox, RoundedRevolution
@@ -21,17 +21,17 @@ ORDERS = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # of a prism's two co
 
 def half_space(shape: HalfSpace) -> Gap:
     """Return the gap of a half-space."""
-    return Half(shape.origin, shape.normal)
+    return HalfSpaceGap(shape.origin, shape.normal)
 
 
 def sphere(shape: Sphere) -> Gap | None:
     """Return the gap of a whole sphere; None for a part of one."""
-    return None if shape.kept else Ball(shape.radius, shape.origin)
+    return None if shape.kept else BallGap(shape.radius, shape.origin)
 
 
 def shell(shape: SphericalShell) -> Gap | None:
     """Return the gap of a whole spherical shell; None for a part of one."""
-    return None if shape.kept else Ball(shape.radius, shape.origin, shape.inner)
+    return None if shape.kept else BallGap(shape.radius, shape.origin, shape.inner)
 
 
 def box(shape: Box) -> Gap:
@@ -42,48 +42,48 @@ def box(shape: Box) -> Gap:
 def rounded_box(shape: RoundedBox) -> Gap:
     """Return the gap of a box with rounded edges: a smaller box and all points near it."""
     core = _brick(shape.origin, shape.size, shape.rounding)
-    return Rounded(core, shape.rounding, core.centroid)
+    return RoundedGap(core, shape.rounding, core.centroid)
 
 
-def _brick(origin: Vector3, size: Vector3, less: float) -> Brick:
+def _brick(origin: Vector3, size: Vector3, less: float) -> BoxGap:
     """Return a box with corner `origin` and `size`, m, smaller by `less` on each side."""
     a, b, c = (0.5 * s for s in size)
     x, y, z = origin
-    return Brick((x + a, y + b, z + c), (a - less, b - less, c - less))
+    return BoxGap((x + a, y + b, z + c), (a - less, b - less, c - less))
 
 
 def cylinder(shape: Cylinder) -> Gap:
     """Return the gap of a cylinder with flat ends and sharp rims."""
     r, h = shape.radius, shape.length
-    return Turned(((0.0, 0.0), (r, 0.0), (r, h), (0.0, h)), shape.axis, shape.origin)
+    return RevolvedGap(((0.0, 0.0), (r, 0.0), (r, h), (0.0, h)), shape.axis, shape.origin)
 
 
 def tube(shape: Tube) -> Gap:
     """Return the gap of a tube with flat ends and sharp rims."""
     r, s, h = shape.radius, shape.inner, shape.length
-    return Turned(((s, 0.0), (r, 0.0), (r, h), (s, h)), shape.axis, shape.origin)
+    return RevolvedGap(((s, 0.0), (r, 0.0), (r, h), (s, h)), shape.axis, shape.origin)
 
 
 def revolved(shape: Revolution) -> Gap:
     """Return the gap of a polygon revolved around an axis, such as a cone."""
-    return Turned(shape.outline, shape.axis, shape.origin)
+    return RevolvedGap(shape.outline, shape.axis, shape.origin)
 
 
 def rounded(shape: RoundedRevolution) -> Gap:
     """Return the gap of a rounded body of revolution: its core and all points near it."""
-    core = Turned(shape.core, shape.axis, shape.origin)
-    centre = add_multiples(shape.origin, (middle(shape.outline(ARC)), shape.axis))
-    return Rounded(core, shape.rounding, centre)
+    core = RevolvedGap(shape.core, shape.axis, shape.origin)
+    centre = add_multiples(shape.origin, (axial_centroid(shape.outline(ARC)), shape.axis))
+    return RoundedGap(core, shape.rounding, centre)
 
 
 def extruded(shape: Extruded) -> Gap:
     """Return the gap of a prism of any polygon."""
-    return Prism(shape.section, shape.base, shape.height, ORDERS[shape.along])
+    return PrismGap(shape.section, shape.base, shape.height, ORDERS[shape.along])
 
 
 def surface(shape: Shape) -> Gap:
     """Return the gap of a closed triangle surface, repaired like those of filled bodies. Raises UnreadableMesh."""
-    from softmark.solvers.contact.signed_distance.triangle_surface import Surface
+    from softmark.solvers.contact.signed_distance.triangle_surface import TriangleSurface
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
     from softmark.solvers.mesh.files.watertight_repair import close_surface
 
@@ -93,4 +93,4 @@ def surface(shape: Shape) -> Gap:
             f"its surface passes through itself, at {whole.crossings} triangles: what is inside is not clear",
             remedy="unite its parts in the program that made it",
         )
-    return Surface(whole.points, whole.triangles)
+    return TriangleSurface(whole.points, whole.triangles)

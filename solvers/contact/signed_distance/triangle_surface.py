@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from softmark.solvers.contact.signed_distance.distance_function import Look
-from softmark.solvers.contact.signed_distance.triangle_tree import Boxes
+from softmark.solvers.contact.signed_distance.triangle_tree import TriangleTree
 from softmark.solvers.mesh.files.watertight_repair import normals, signed_volume
 from softmark.solvers.mesh.mesh import Floats, Ints
 from softmark.solvers.mesh.shape import Vector3
@@ -17,7 +17,7 @@ ON = 1e-12  # of the extent: what is as near is on the surface
 FOLD = math.radians(30.0)  # triangles that meet at a larger angle meet at an edge; smaller ones stand for a curve
 
 
-class Surface:
+class TriangleSurface:
     """Closed triangle surface: points (n, 3), m, and outward triangles (t, 3).
 
     The sign is that of the angle with the normal of the closest face, edge or corner. The normal of a corner is the
@@ -49,9 +49,9 @@ class Surface:
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     @cached_property
-    def _tree(self) -> Boxes:
+    def _tree(self) -> TriangleTree:
         """Search tree of its triangles."""
-        return Boxes(self.corners)
+        return TriangleTree(self.corners)
 
     @cached_property
     def _edges(self) -> tuple[Floats, Ints]:

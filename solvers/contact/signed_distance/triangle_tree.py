@@ -9,12 +9,12 @@ from softmark.solvers.mesh.mesh import Floats, Ints
 LEAF = 4  # triangles in a box that is not divided
 
 
-class Boxes:
-    """Tree of triangles (t, 3, 3), m: each box is split across its longest side, with half of the triangles on either."""
+class TriangleTree:
+    """Tree of triangles (t, 3, 3), m: boxes are split across their longest side, with half of the triangles each."""
 
     def __init__(self, corners: Floats) -> None:
         """Build the tree of triangles with these corners."""
-        self.order, self.child, self.first = _divided(corners.mean(axis=1))
+        self.order, self.child, self.first = _build_tree(corners.mean(axis=1))
         self.corners = np.ascontiguousarray(corners[self.order])
         begins, ends = self.corners.min(axis=1), self.corners.max(axis=1)
         self.low, self.high = np.empty((len(self.child), 3)), np.empty((len(self.child), 3))
@@ -32,16 +32,18 @@ class Boxes:
         """Return for points X (n, 3), m: the closest triangle (n,), and barycentric coordinates of the closest point
         (n, 3).
         """
-        from softmark.solvers.contact.signed_distance.closest_triangle_kernels import nearest
+        from softmark.solvers.contact.signed_distance.closest_triangle_kernels import find_closest_triangles
 
         best, share = np.zeros(len(X), dtype=np.int64), np.zeros((len(X), 3))
         places = np.ascontiguousarray(X, dtype=np.float64)
-        nearest(places, self.low, self.high, self.child, self.first, self.corners, best, share, self.stack, np.zeros(3))
+        find_closest_triangles(
+            places, self.low, self.high, self.child, self.first, self.corners, best, share, self.stack, np.zeros(3)
+        )
         return self.order[best], share
 
 
-def _divided(middles: Floats) -> tuple[Ints, Ints, Ints]:
-    """Return triangles in leaf order (t,), the first child of each box (b,), or 0, and its range of triangles (b, 2)."""
+def _build_tree(middles: Floats) -> tuple[Ints, Ints, Ints]:
+    """Return triangles in leaf order (t,), first children of boxes (b,), or 0, and their triangle ranges (b, 2)."""
     order, child, first = np.arange(len(middles)), [0], [(0, len(middles))]
     node = 0
     while node < len(child):

@@ -1,17 +1,15 @@
-"""Jointed rods in dynamics: the unknowns are those of the joints, and the nodes follow from them (see rod_joints.py).
-"""
+"""Jointed rods in dynamics: the unknowns are those of the joints, and the nodes follow from them (see rod_joints.py)."""
 
 from __future__ import annotations
 
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.incremental_rotation.moving_rods import RodChart
-from softmark.solvers.energies.rod_joints import Jointed, Joints
+from softmark.solvers.energies.rod_joints import JointedRods, Joints
 
 
 class JointChart:
-    """Rotation chart of the joints: their rotation vectors, expressed in the axes of the nodes, are those of the nodes.
-    """
+    """Rotation chart of the joints: their rotation vectors, expressed in the axes of the nodes, are those of the nodes."""
 
     def __init__(self, rest: Floats, joints: Joints) -> None:
         self.nodes, self.joints = RodChart(rest), joints
@@ -33,7 +31,7 @@ class JointChart:
 
 
 @dataclass(frozen=True)
-class MovingJointedRods(Jointed):
+class MovingJointedRods(JointedRods):
     """An energy over the unknowns of the rod nodes, expressed in the unknowns of the joints."""
 
     def _state(self, x: Floats) -> Floats:

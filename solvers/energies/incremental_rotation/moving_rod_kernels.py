@@ -25,7 +25,7 @@ Ints = NDArray[np.int64]
 
 
 @kernel
-def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> None:
+def update_rotations(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> None:
     """Compute positions X + u (n, 3), rotations q0 exp(phi / 2) (n, 4) and right Jacobians of phi (n, 3, 3) of x (n,
     6).
     """
@@ -36,7 +36,7 @@ def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> 
             s = 0.5 - m * (1.0 / 48.0 - m * (1.0 / 3840.0 - m / 645120.0))
         else:
             s = math.sin(0.5 * math.sqrt(m)) / math.sqrt(m)
-        p, r = _curved(m)
+        p, r = _jacobian_factors(m)
         w = math.cos(0.5 * math.sqrt(m))
         a, b, c = s * a, s * b, s * c
         q[k, 0] = q0[k, 0] * w - q0[k, 1] * a - q0[k, 2] * b - q0[k, 3] * c
@@ -55,7 +55,7 @@ def turn(x: Floats, X: Floats, q0: Floats, at: Floats, q: Floats, T: Floats) -> 
 
 
 @part
-def _curved(m: float) -> tuple[float, float]:
+def _jacobian_factors(m: float) -> tuple[float, float]:
     """Return (1 - cos t) / t^2 and (t - sin t) / t^3 for m = t^2; the truncated series are exact to rounding."""
     if m < 0.01:
         p = 0.5 - m * (1.0 / 24.0 - m * (1.0 / 720.0 - m * (1.0 / 40320.0 - m / 3628800.0)))
@@ -86,7 +86,7 @@ def _factors(m: float) -> tuple[float, float, float, float]:
 
 
 @part
-def _hat(v: Floats, scale: float, M: Floats) -> None:
+def _add_cross_matrix(v: Floats, scale: float, M: Floats) -> None:
     """Add a cross-product matrix: M += scale [v]."""
     for i in range(3):
         j, h = (i + 1) % 3, (i + 2) % 3
@@ -131,7 +131,7 @@ def _rotation(q: Floats, R: Floats) -> None:
 
 
 @part
-def _between(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
+def _relative_rotation(qa: Floats, qb: Floats, theta: Floats, R: Floats, p: Floats) -> float:
     """Compute the rotation vector from qa to qb and the rotation of their middle; return |theta|^2."""
     dot = qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2] + qa[3] * qb[3]
     sign = -1.0 if dot < 0.0 else 1.0
@@ -191,12 +191,11 @@ def _increments(
     theta: Floats, m: float, factors: tuple[float, float, float, float], R: Floats, Gamma: Floats, l: float,
     A: Floats, J: Floats, by: Floats,
 ) -> None:  # fmt: skip
-    """Compute A, J, and in `by` the derivatives of theta, psi and Gamma by the nodal increments; zero the rest of `by`.
-    """
+    """Compute A, J, and in `by` the derivatives of theta, psi and Gamma by the nodal increments; zero the rest of `by`."""
     tau, _, beta, _ = factors
     A[:], J[:], by[:] = 0.0, 0.0, 0.0
-    _hat(theta, 0.5 * tau, A)
-    _hat(theta, 0.5, J)
+    _add_cross_matrix(theta, 0.5 * tau, A)
+    _add_cross_matrix(theta, 0.5, J)
     _rank_one(theta, theta, beta, J)
     for i in range(3):
         A[i, i] += 0.5
@@ -218,7 +217,7 @@ def _tangent(
     tau, tau_t, beta, beta_t = factors
     D_a[:], D_b[:], block[:] = 0.0, 0.0, 0.0
     dot = theta[0] * M[0] + theta[1] * M[1] + theta[2] * M[2]
-    _hat(w, -0.5 * tau, D_a)
+    _add_cross_matrix(w, -0.5 * tau, D_a)
     _rank_one(tw, theta, 0.5 * tau_t, D_a)
     _rank_one(theta, M, beta, D_b)  # what J M and J^T M have in common
     _rank_one(M, theta, -2.0 * beta, D_b)
@@ -228,8 +227,8 @@ def _tangent(
         for j in range(3):
             D_b[i, j] -= D_a[i, j]  # of A^T w: minus that of A w
             D_a[i, j] = -D_b[i, j]
-    _hat(M, 0.5, D_a)
-    _hat(M, 0.5, D_b)
+    _add_cross_matrix(M, 0.5, D_a)
+    _add_cross_matrix(M, 0.5, D_b)
     _add_cross(N, by[2], l, by[4])
     _add_cross(Gamma, by[3], -l, by[4])
     _add_cross(N, by[1], -1.0, by[3])
@@ -244,21 +243,21 @@ def _tangent(
 
 
 @part
-def _put(
+def _scatter_block(
     e: int, elements: Ints, T: Floats, slots: Ints, scale: float, block: Floats, moment: Floats, data: Floats
 ) -> None:
     """Add an element block to data[slots], converted from own-axis rotations to the unknowns by T (n, 3, 3)."""
     a, b = elements[e, 0], elements[e, 1]
     for i in range(12):
-        _behind(block[i, 3:6], T[a], moment)
-        _behind(block[i, 9:12], T[b], moment)
+        _multiply_row(block[i, 3:6], T[a], moment)
+        _multiply_row(block[i, 9:12], T[b], moment)
         for j in range(12):
             if slots[e, i, j] >= 0:
                 data[slots[e, i, j]] += scale * block[i, j]
 
 
 @maker
-def rod(
+def assemble_rod(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, C: Floats, rest: Floats, scale: float,
     g: Floats, slots: Ints, data: Floats,
 ) -> float:  # fmt: skip
@@ -275,7 +274,7 @@ def rod(
     block = np.zeros((12, 12))
     for e in range(elements.shape[0]):
         a, b = elements[e, 0], elements[e, 1]
-        m = _between(q[a], q[b], theta, R, p)
+        m = _relative_rotation(q[a], q[b], theta, R, p)
         for i in range(3):
             Gamma[i] = 0.0
             for k in range(3):
@@ -295,12 +294,12 @@ def rod(
                 by[3, i, j] = C[e, i] * by[2, i, j]
                 by[5, i, j] = C[e, 3 + i] * by[0, i, j] / l[e]
         _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
-        _put(e, elements, T, slots, scale, block, moment, data)
+        _scatter_block(e, elements, T, slots, scale, block, moment, data)
     return energy
 
 
 @maker
-def tendons(
+def assemble_tendons(
     at: Floats, q: Floats, T: Floats, elements: Ints, l: Floats, arms: Floats, slopes: Floats, pulls: Floats,
     scale: float, g: Floats, slots: Ints, data: Floats,
 ) -> float:  # fmt: skip
@@ -317,13 +316,13 @@ def tendons(
     block = np.zeros((12, 12))
     for e in range(elements.shape[0]):
         a, b = elements[e, 0], elements[e, 1]
-        m = _between(q[a], q[b], theta, R, p)
+        m = _relative_rotation(q[a], q[b], theta, R, p)
         for i in range(3):
             N[i], M[i], Gamma[i], K[i] = 0.0, 0.0, 0.0, theta[i] / l[e]
             for k in range(3):
                 Gamma[i] += R[k, i] * (at[b, k] - at[a, k]) / l[e]
         for k in range(arms.shape[0]):
-            energy += l[e] * pulls[k, e] * _pulled(Gamma, K, arms[k, e], slopes[k, e], pulls[k, e], y, pull, own)
+            energy += l[e] * pulls[k, e] * _tendon_force(Gamma, K, arms[k, e], slopes[k, e], pulls[k, e], y, pull, own)
             for i in range(3):
                 N[i] += pull[i]
                 M[i] += own[i]
@@ -335,7 +334,7 @@ def tendons(
             continue
         _increments(theta, m, factors, R, Gamma, l[e], A, J, by)
         for k in range(arms.shape[0]):
-            size = _pulled(Gamma, K, arms[k, e], slopes[k, e], 1.0, y, pull, own)  # `pull` is the direction
+            size = _tendon_force(Gamma, K, arms[k, e], slopes[k, e], 1.0, y, pull, own)  # `pull` is the direction
             for j in range(12):
                 for i in range(3):
                     f, h = (i + 1) % 3, (i + 2) % 3
@@ -346,12 +345,12 @@ def tendons(
                     by[3, i, j] += change[i, j]
             _add_cross(arms[k, e], change, 1.0, by[5])
         _tangent(l[e], theta, factors, R, Gamma, N, M, w, tw, ttM, A, J, by, D_a, D_b, block)
-        _put(e, elements, T, slots, scale, block, moment, data)
+        _scatter_block(e, elements, T, slots, scale, block, moment, data)
     return energy
 
 
 @part
-def _pulled(
+def _tendon_force(
     Gamma: Floats, K: Floats, arm: Floats, slope: Floats, tension: float, y: Floats, pull: Floats, own: Floats
 ) -> float:
     """Compute y, the tendon force along it and its moment a x pull; return |y|."""
@@ -377,7 +376,7 @@ def _add_cross(v: Floats, B: Floats, scale: float, C: Floats) -> None:
 
 
 @part
-def _behind(row: Floats, T: Floats, left: Floats) -> None:
+def _multiply_row(row: Floats, T: Floats, left: Floats) -> None:
     """Multiply a row vector by T: row (3,) becomes row T."""
     for i in range(3):
         left[i] = row[i]
@@ -393,7 +392,7 @@ def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
         s = 1.0 - m / 6.0 * (1.0 - m / 20.0 * (1.0 - m / 42.0 * (1.0 - m / 72.0)))
     else:
         s = math.sin(math.sqrt(m)) / math.sqrt(m)
-    p, r = _curved(m)
+    p, r = _jacobian_factors(m)
     E[0, 0], E[0, 1], E[0, 2] = 1.0 - p * (y * y + z * z), p * x * y - s * z, p * x * z + s * y
     E[1, 0], E[1, 1], E[1, 2] = p * x * y + s * z, 1.0 - p * (x * x + z * z), p * y * z - s * x
     E[2, 0], E[2, 1], E[2, 2] = p * x * z - s * y, p * y * z + s * x, 1.0 - p * (x * x + y * y)
@@ -403,7 +402,7 @@ def _exponential(x: float, y: float, z: float, E: Floats, T: Floats) -> None:
 
 
 @kernel
-def gyroscopic(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> None:
+def add_gyroscopic_moments(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> None:
     """Add gyroscopic moments: f (dofs,) += scale w x J w for sections with w = v[where] and inertia J (n, 3)."""
     for k in range(where.shape[0]):
         for i in range(3):
@@ -412,7 +411,7 @@ def gyroscopic(where: Ints, v: Floats, J: Floats, scale: float, f: Floats) -> No
 
 
 @kernel
-def gyroscopic_slopes(where: Ints, v: Floats, J: Floats, scale: float, found: Floats) -> None:
+def gyroscopic_derivatives(where: Ints, v: Floats, J: Floats, scale: float, found: Floats) -> None:
     """Compute `scale` times the derivatives of w x J w by w (n, 3, 3)."""
     for k in range(where.shape[0]):
         for i in range(3):
@@ -423,7 +422,7 @@ def gyroscopic_slopes(where: Ints, v: Floats, J: Floats, scale: float, found: Fl
 
 
 @maker
-def spun(
+def add_angular_momentum_change(
     where: Ints, x: Floats, v0: Floats, v1: Floats, J: Floats, h: float, B: float, f: Floats, found: Floats
 ) -> None:
     """Add the change of angular momentum over a step h, seen from its middle, beyond J (w1 - w0) / h.

@@ -1,7 +1,7 @@
-"""What turns sections of a rod in motion at single places: moments that stay in space, and tendons through guides.
+"""Concentrated loads on rods in dynamics: moments that keep their direction in space, and tendons through guides.
 
-Few numbers each, of which what is found once is kept: asked as `TurnedLoad` asks any load, they take as long as all the
-rest of a step, and twice that.
+They act at few nodes and cache their last evaluation. Going through the general `TurnedLoad` instead would take as long
+as the whole rest of a step, or twice that.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from softmark.solvers.energies.rod_rotation import rotation
 
 
 @dataclass(frozen=True)
-class TurnedMoments(Energy):
-    """Moments at rest, `on` nodes, over the unknowns of a chart: about own axes R^T m, tangent [R^T m]x d(turn)."""
+class MovingRodMoments(Energy):
+    """Moments `rest` at nodes `on`, over the unknowns of a chart: R^T m about own axes, tangent [R^T m]x d(rotation)."""
 
     chart: RodChart
     on: RodMoments
@@ -41,20 +41,20 @@ class TurnedMoments(Energy):
         return self.on.value(x)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus the moments about the nodes' own axes."""
+        """Subtract the moments about the nodes' own axes."""
         q = self.chart.turned(x)[1]
         for node, m in self._each:
-            own = _own(q[node].tolist(), m)
+            own = _to_own_axes(q[node].tolist(), m)
             for i in range(3):
                 g[6 * node + 3 + i] -= scale * own[i]
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The tangent of the moments; nothing of a projected one, which must stay definite."""
+        """Add the tangent of the moments; skip it in a projected tangent, which must stay definite."""
         if projected:
             return
         _, q, T = self.chart.turned(x)
         for (node, m), places in zip(self._each, slots.tolist(), strict=True):
-            a, b, c = _own(q[node].tolist(), m)
+            a, b, c = _to_own_axes(q[node].tolist(), m)
             d, e, f = T[node].tolist()
             for j in range(3):
                 turn = b * f[j] - c * e[j], c * d[j] - a * f[j], a * e[j] - b * d[j]
@@ -67,8 +67,8 @@ class TurnedMoments(Energy):
         return 0.0
 
 
-def _own(q: list[float], m: list[float]) -> tuple[float, float, float]:
-    """A vector in space in the axes of a unit quaternion: m + 2 u x (u x m - w m), u its vector part."""
+def _to_own_axes(q: list[float], m: list[float]) -> tuple[float, float, float]:
+    """Rotate a spatial vector into the axes of a unit quaternion: m + 2 u x (u x m - w m), u the vector part."""
     w, a, b, c = q
     x, y, z = m
     p, s, t = b * z - c * y - w * x, c * x - a * z - w * y, a * y - b * x - w * z
@@ -76,11 +76,12 @@ def _own(q: list[float], m: list[float]) -> tuple[float, float, float]:
 
 
 @dataclass(frozen=True)
-class TurnedGuides(Energy):
-    """A tendon at rest, `through` guides, over the unknowns of a chart.
+class MovingGuidedTendon(Energy):
+    """A tendon through guides, over the unknowns of a chart.
 
-    At a guide p = x + R a its two chords pull with f, which does a x R^T f about its section's own axes. The tangent of
-    that is [a]x [R^T f]x d(turn), beside what comes of chords that turn.
+    At a guide p = x + R a the two adjacent chords pull with force f, which has the moment a x R^T f about the section's
+    own
+    axes. The tangent of this moment is [a]x [R^T f]x d(rotation), plus the part due to rotating chords.
     """
 
     chart: RodChart
@@ -94,29 +95,31 @@ class TurnedGuides(Energy):
 
     @cached_property
     def _places(self) -> Ints:
-        """The unknowns of all guides (6 g,)."""
+        """Unknowns of all guides (6 g,)."""
         found: Ints = (6 * self.through.nodes[:, None] + np.arange(6)).ravel()
         return found
 
     @cached_property
     def _across(self) -> Floats:
-        """[a]x of the arms (g, 3, 3)."""
+        """Cross-product matrices [a]x of the arms (g, 3, 3)."""
         return cross_matrix(self.through.arms)
 
     @cached_property
     def _ends(self) -> tuple[Floats, Floats]:
-        """How the two ends of a chord move with its unknowns, twice (c, 3, 12): what never changes of that."""
+        """Constant part of the derivatives of both chord ends by the unknowns of the chord, twice (c, 3, 12)."""
         one = np.zeros((len(self.through.nodes) - 1, 3, 12))
         one[:, :, :3], one[:, :, 6:9] = -np.eye(3), np.eye(3)
         return one, one.copy()
 
     @cached_property
     def _last(self) -> dict[bytes, tuple[Floats, ...]]:
-        """What was found in the last state, by its unknowns and what they are counted from."""
+        """Cache of the last evaluation; its key is the unknowns and the reference rotations."""
         return {}
 
     def _found(self, x: Floats) -> tuple[Floats, ...]:
-        """Rotations (g, 3, 3), chords' directions (c, 3) and lengths (c,), pulls in own axes and forces (g, 6)."""
+        """Return rotations (g, 3, 3), chord directions (c, 3) and lengths (c,), forces in own axes, and nodal forces
+        (g, 6).
+        """
         at, q, _ = self.chart.turned(x)
         nodes, arms = self.through.nodes, self.through.arms
         own = q[nodes]
@@ -142,11 +145,11 @@ class TurnedGuides(Energy):
         return self.through.value(self.chart.state(x))
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus its forces, N, and its moments about the nodes' own axes, N m."""
+        """Subtract the forces, N, and the moments about the nodes' own axes, N m."""
         g += np.bincount(self._places, (scale * self._found(x)[4]).ravel(), len(g))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The tangent of the forces; `projected` is that of the tendon at rest."""
+        """Add the tangent of the forces; if `projected`, that of the static tendon energy."""
         if projected:
             self.through.add_hessian(self.chart.state(x), data, slots, scale, True)
             return

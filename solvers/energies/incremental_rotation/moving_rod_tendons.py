@@ -1,4 +1,4 @@
-"""Tendons of a rod in motion, over displacements and rotation vectors."""
+"""Tendons of a rod in dynamics, over displacements and rotation vectors."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from softmark.solvers.energies.rod_tendons import RodTendons
 
 
 @dataclass(frozen=True)
-class TurnedTendons(Energy):
-    """The `tendons` of a rod at rest, over the unknowns of a chart: compiled, in one loop over its elements."""
+class MovingRodTendons(Energy):
+    """The static `tendons` of a rod over the unknowns of a chart, compiled in one loop over the elements."""
 
     chart: RodChart
     tendons: RodTendons
@@ -29,7 +29,7 @@ class TurnedTendons(Energy):
 
     @cached_property
     def _parts(self) -> Any:
-        """Elements, lengths, arms, slopes and tensions in the elements, as the kernel takes them."""
+        """Elements, lengths, arms, slopes and tensions, as arrays for the kernel."""
         own = self.tendons
         arrays = (own.arms, own.slopes, own.tension[:, None] * own.shares)
         return np.ascontiguousarray(own.elements), own.lengths, *(np.ascontiguousarray(a) for a in arrays)
@@ -39,18 +39,20 @@ class TurnedTendons(Energy):
     ) -> float:
         at, q, T = self.chart.turned(x)
         elements, l, arms, slopes, pulls = self._parts
-        return float(moving_rod_kernels.tendons(at, q, T, elements, l, arms, slopes, pulls, scale, g, slots, data))
+        return float(
+            moving_rod_kernels.assemble_tendons(at, q, T, elements, l, arms, slopes, pulls, scale, g, slots, data)
+        )
 
     def value(self, x: Floats) -> float:
         """Potential, zero in the undeformed state, J."""
         return self._run(x, 1.0) - float(self.tendons.tension @ self.tendons.at_rest)
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
-        """Minus its forces, N, and its moments about the nodes' own axes, N m."""
+        """Subtract the forces, N, and the moments about the nodes' own axes, N m."""
         self._run(x, scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """The tangent of the forces; `projected` is that of the tendons at rest."""
+        """Add the tangent of the forces; if `projected`, that of the static tendon energy."""
         if projected:
             self.tendons.add_hessian(self.chart.state(x), data, slots, scale, True)
         else:

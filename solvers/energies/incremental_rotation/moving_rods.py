@@ -48,7 +48,7 @@ class RodChart:
         call.
         """
         if (known := x.tobytes()) != self._known:
-            moving_rod_kernels.turn(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
+            moving_rod_kernels.update_rotations(x.reshape(-1, 6), self.X, self.q0, self.at, self.q, self.T)
             self._known, self._state = known, None
         return self.at, self.q, self.T
 
@@ -70,7 +70,7 @@ class RodChart:
 
 
 @dataclass(frozen=True)
-class TurningRod(Energy):
+class MovingRod(Energy):
     """Strain energy of an `elastic` rod over the unknowns of a chart.
 
     It has a potential, but its forces are not the gradient by rotation vectors. So `conservative` is False, and Newton
@@ -98,7 +98,7 @@ class TurningRod(Energy):
     ) -> float:
         at, q, T = turned
         elements, l, C, rest = self._parts
-        return float(moving_rod_kernels.rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
+        return float(moving_rod_kernels.assemble_rod(at, q, T, elements, l, C, rest, scale, g, slots, data))
 
     def value(self, x: Floats) -> float:
         """Strain energy, J."""
@@ -109,8 +109,7 @@ class TurningRod(Energy):
         self._run(self.chart.turned(x), scale, g.reshape(-1, 6))
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
-        """Add the tangent of the forces; if `projected`, its symmetric part by own-axis rotations, made semi-definite.
-        """
+        """Add the tangent of the forces; if `projected`, its symmetric part by own-axis rotations, made semi-definite."""
         if projected:
             self._add_definite(x, data, slots, scale)
         else:
@@ -130,7 +129,7 @@ class TurningRod(Energy):
 
 
 @dataclass(frozen=True)
-class DeadRodLoad(Energy):
+class MovingRodForces(Energy):
     """Dead nodal forces (nodes, 3), N, over displacements and rotation vectors."""
 
     forces: Floats
@@ -146,13 +145,13 @@ class DeadRodLoad(Energy):
         return -float(np.sum(self.forces * x.reshape(-1, 6)[:, :3]))
 
     @cached_property
-    def _pushes(self) -> Floats:
+    def _nodal_forces(self) -> Floats:
         """The forces over all unknowns (nodes * 6,)."""
         return np.concatenate([self.forces, np.zeros_like(self.forces)], axis=1).ravel()
 
     def add_gradient(self, x: Floats, g: Floats, scale: float = 1.0) -> None:
         """Subtract the forces from the displacement entries: g -= scale f."""
-        g -= scale * self._pushes
+        g -= scale * self._nodal_forces
 
     def add_hessian(self, x: Floats, data: Floats, slots: Ints, scale: float = 1.0, projected: bool = False) -> None:
         """Nothing: the forces are constant."""
@@ -163,7 +162,7 @@ class DeadRodLoad(Energy):
 
 
 @dataclass(frozen=True)
-class TurnedLoad(Energy):
+class MovingRodLoad(Energy):
     """A static rod load, an `energy` over positions and quaternions, expressed in the unknowns of a chart.
 
     Its stencils are the rotations of single nodes. Hessians of rods are second derivatives along geodesics. The tangent

@@ -52,7 +52,7 @@ NODES = {element.meshio: element.nodes for element in ELEMENTS.values()} | {
 __all__ = ["UnreadableMesh", "converted", "read", "read_points", "read_surface", "read_triangles"]
 
 
-def read(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
+def read_cells(path: str, unit: float, coincident: str = "refuse", named: bool = False, pieces: str = "refuse") -> Mesh:
     """Return the solid cells of `path`, all of one kind, in m with positive volumes; with its groups if `named`.
 
     Coincident nodes are refused, merged or kept; pieces that share no nodes are refused or kept. Raises UnreadableMesh.
@@ -109,7 +109,7 @@ def read_surface(path: str, unit: float, coincident: str = "refuse", pieces: str
     data = parse(Path(path))
     there = {block.type for block in data.cells}
     if there & KINDS.keys() or not there & FACETS.keys():
-        return boundary_surface(read(path, unit, coincident, pieces=pieces))
+        return boundary_surface(read_cells(path, unit, coincident, pieces=pieces))
     return drop_unused_points(*_facets(data, unit))[:2]
 
 

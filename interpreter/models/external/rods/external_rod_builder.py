@@ -20,7 +20,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.records import dataclass
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.rod_rotation import quaternion, rotation
-from softmark.solvers.energies.rod_state import chain, displacement_at
+from softmark.solvers.energies.rod_state import chain_elements, displacement_at
 
 if TYPE_CHECKING:
     from softmark.interpreter.models.beam.beam_builder import PreparedBeam
@@ -47,7 +47,7 @@ class PreparedRod(PreparedMoving):
         stiffness, turned = cast(Any, rod.elastic.stiffness).diagonal, np.array(inertia(section))
         return Problem(
             points=rod.points,
-            cells=chain(len(rod.points)),
+            cells=chain_elements(len(rod.points)),
             element="rod",
             strain="finite",
             stuff=(law,),
