@@ -16,7 +16,7 @@ import softmark
 from softmark.grammar.diagnostic import Source, render
 from softmark.interpreter.cli.main import COMMANDS
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.scenes import ROOT
 
 HERE = Path(__file__).parents[1]
@@ -41,7 +41,7 @@ def test_the_message_is_the_one_that_is_given() -> None:
     shown = re.search(r"^```\n(error\[E204\].*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
     assert shown is not None
     wrong = block("scene").replace("young = 60 kPa", "young = 60 mm")
-    _, found = checked(Source("beam.scene", wrong), Path(), None)
+    _, found = load_scene(Source("beam.scene", wrong), Path(), None)
     assert render([d for d in found if d.severity == "error"], colour=False).strip() == shown[1].strip()
 
 
@@ -78,7 +78,7 @@ def test_every_command_is_in_the_table(command: str) -> None:
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=range(len(EXAMPLES)))
 def test_the_examples_of_the_vocabulary_are_sound(example: str) -> None:
-    _, found = checked(Source("README.md", PRELUDE + example), HERE / "tests" / "errors" / "parts", None)
+    _, found = load_scene(Source("README.md", PRELUDE + example), HERE / "tests" / "errors" / "parts", None)
     assert [(d.code, d.message) for d in found] == []
 
 

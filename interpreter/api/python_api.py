@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.language.compiled_scene import Scene, SceneError
 from softmark.interpreter.language.scene_sources import UnreadableScene, locate_scene, read_scene_file
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.records import dataclass
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def loaded_of(
 
     With `only` what other models cannot do is no error.
     """
-    scene, diagnostics = checked(source, folder, file, overrides, only, plugins)
+    scene, diagnostics = load_scene(source, folder, file, overrides, only, plugins)
     if any(d.severity == "error" for d in diagnostics) or scene is None:
         raise SceneError([d for d in diagnostics if d.severity == "error"])
     return LoadedScene(scene, tuple(diagnostics))

@@ -23,7 +23,7 @@ from softmark.interpreter.language.name_scope import Scope
 from softmark.interpreter.language.parameter_evaluation import evaluate_parameters
 from softmark.interpreter.language.scene_sources import LARGEST, ModuleTable
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
-from softmark.interpreter.validation.scene_loader import looked_at
+from softmark.interpreter.validation.scene_loader import check_scene
 
 CHECKING = threading.RLock()  # one check at a time
 
@@ -101,7 +101,7 @@ class Document:
     @cached_property
     def _checked(self) -> tuple[Scene | None, list[Diagnostic]]:
         scene, found = self.compiled
-        return looked_at(scene, list(found))
+        return check_scene(scene, list(found))
 
     @property
     def found(self) -> list[Diagnostic]:

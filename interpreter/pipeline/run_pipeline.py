@@ -9,8 +9,8 @@ from softmark import pausing
 from softmark.interpreter.language.compiled_scene import SceneError
 from softmark.interpreter.pipeline.run_options import Options, Sound, Text
 from softmark.interpreter.planning.run_plan import plan_of
-from softmark.interpreter.validation.requested_names import concerning, unknown_models
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.requested_names import without_unrequested_warnings, unknown_models
+from softmark.interpreter.validation.scene_loader import load_scene
 
 if TYPE_CHECKING:
     from softmark.grammar.diagnostic import Diagnostic
@@ -79,8 +79,8 @@ def _keep_early(works: Sequence[Work], name: str, keeper: Keeper | None) -> None
 
 def sound_of(text: Text, options: Options) -> Sound:
     """A text parsed, compiled and checked; what is doubtful is shown. Raises SceneError with all that is wrong."""
-    scene, found = checked(text.source, text.folder, text.file, text.overrides, options.only, text.plugins)
-    found = concerning(scene, options.only, found)
+    scene, found = load_scene(text.source, text.folder, text.file, text.overrides, options.only, text.plugins)
+    found = without_unrequested_warnings(scene, options.only, found)
     if scene is None:
         raise SceneError(found)
     options.warn(found)

@@ -61,6 +61,7 @@ def logarithmic_ladder(nominal: float, limit: float, direction: Direction) -> La
 
 
 def _logarithmic_value(nominal: float, limit: float, sign: float, span: float, t: float) -> float:
+    """Return the value at t of a logarithmic scale."""
     return limit if t >= span else round_to_six_digits(nominal * 10 ** (sign * t)) if t > 0 else nominal
 
 
@@ -84,6 +85,7 @@ def poisson_ladder(nominal: float, limit: float = INCOMPRESSIBLE) -> Ladder | No
 
 
 def _poisson_value(gap: float, limit: float, exact: bool, span: float, t: float) -> float:
+    """Return Poisson's ratio at t."""
     if t > span or (t == span and not exact):
         return limit
     return round(INCOMPRESSIBLE - float(f"{gap * 10**-t:.3g}"), 13) if t > 0 else INCOMPRESSIBLE - gap
@@ -102,6 +104,7 @@ def linear_ladder(nominal: float, limit: float, direction: Direction, stops: tup
 
 
 def _linear_value(nominal: float, limit: float, t: float) -> float:
+    """Return the value at t of a linear scale."""
     return limit if t >= 1 else round_to_six_digits(nominal + t * (limit - nominal)) if t > 0 else nominal
 
 
@@ -112,6 +115,7 @@ def decades_from_zero(limit: float, direction: Direction) -> Ladder:
 
 
 def _decade_value(limit: float, t: float) -> float:
+    """Return the value at t of a scale from zero."""
     return limit if t > DECADES else round_to_six_digits(limit * 10 ** (t - DECADES - 1)) if t > 0 else 0.0
 
 
@@ -131,4 +135,5 @@ def doubling_ladder(nominal: int, limit: int, direction: Direction) -> Ladder | 
 
 
 def _doubled_value(nominal: int, limit: int, sign: float, span: float, t: float) -> float:
+    """Return the whole number at t."""
     return float(limit) if t >= span else float(round(nominal * 2 ** (sign * t)))

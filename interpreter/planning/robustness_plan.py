@@ -13,7 +13,7 @@ from softmark.interpreter.language.sweep_values import SweepTarget
 from softmark.interpreter.metrics.metric_base import DerivedMetric, DisplacementMetric, ForceMetric
 from softmark.interpreter.metrics.value_error import ErrorOfValue
 from softmark.interpreter.planning.parameter_walk import Until
-from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, quantity_of, default_quantities
+from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQuantity, default_quantities, quantity_of
 from softmark.interpreter.problem.body_case import Fault, body_of
 from softmark.interpreter.vocabulary.study_words import Stability
 from softmark.records import dataclass
@@ -154,7 +154,7 @@ def no_judge_error(scene: Scene, at: Location | None, name: str) -> Diagnostic:
 
 
 def _reason_against_judge(scene: Scene, name: str) -> str:
-    """Why a metric cannot judge."""
+    """Return the reason why a metric cannot judge models."""
     thing = scene.declared[name].thing
     against = thing.measured_from
     what, why = "is no relative error, so it cannot tell", "it is measured from nothing"

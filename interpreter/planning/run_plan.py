@@ -66,7 +66,7 @@ def _workers(scene: Scene) -> dict[str, Declared]:
 
 
 def _first_questions(scene: Scene) -> dict[tuple[str, str], Location]:
-    """The first question in the text about a `body`, or about a model or reference by its `name`."""
+    """Return the first question in the text about each `body`, model or reference `name`."""
     found: dict[tuple[str, str], Location] = {}
     for question in (*scene.of_kind("probe").values(), *scene.of_kind("metric").values()):
         for body in _bodies(scene, question):
@@ -117,7 +117,7 @@ def _solve(scene: Scene, name: str, asked: Location) -> Task:
 
 
 def _describe_reference(reference: Declared) -> str:
-    """What a reference is; `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions` of one that refines."""
+    """Describe a reference, for example `self_converged: quads and hexes at (12, 9, 6) mm, 6 solutions`."""
     if reference.thing.how != "refined":
         return reference.constructor.name
     names, sizes = reference.thing.methods, reference.thing.sizes.values

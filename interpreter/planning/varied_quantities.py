@@ -221,7 +221,7 @@ def _whole(name: str, value: int, interval: Interval | None) -> WalkedQuantity:
 
 
 def _poisson_quantity(name: str, value: float, interval: Interval | None) -> WalkedQuantity:
-    """Poisson's ratio: towards 0.5 by decades, and down past zero."""
+    """Return Poisson's ratio as a quantity: towards 0.5 by decades, and down past zero."""
     low = max(LOWEST, interval.low) if interval else LOWEST
     high = min(parameter_scale.INCOMPRESSIBLE, interval.high) if interval else parameter_scale.INCOMPRESSIBLE
     ways = (
@@ -270,6 +270,7 @@ def _in_range(name: str, value: float, dimension: Dimension, interval: Interval)
 
 
 def _compile_with_value(scene: Scene, name: str, value: float) -> tuple[Scene, list[Any]]:
+    """Compile the scene with another value of a parameter; return it and its errors."""
     from softmark.interpreter.language.compiler import recompile
 
     override = parameter_overrides.read_override(f"{name}={_plain(value)}", [])

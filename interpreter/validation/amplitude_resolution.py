@@ -67,7 +67,7 @@ def check_amplitude_resolution(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnostic]:
-    """Without inertia, where steps end at every break of a course: swings that bodies would remember otherwise."""
+    """Check a quasistatic analysis, in which steps end at every break of an amplitude, for unresolved oscillations."""
     materials = [m.thing for m in scene.of_kind("material").values()]
     remembers = any(getattr(thing, "branches", ()) or porous(thing) for thing in materials)
     for declared in find_time_dependent(scene):
@@ -85,6 +85,7 @@ def _check_quasistatic(scene: Scene, analysis: Quasistatic) -> Iterator[Diagnost
 
 
 def _begins_too_late(declared: Declared, start: float, end: float) -> Diagnostic:
+    """Return the warning for an amplitude that begins after the analysis ends."""
     return diagnostic("W378", declared.at("course"), f"`{declared.name}` begins after the end of the analysis",
                       f"at {_time(start)}, and the end is at {_time(end)}",
                       "it plays no part; analyse a longer `duration`")  # fmt: skip
@@ -101,7 +102,7 @@ def is_resolved_by_step(case: Case, step: float) -> bool:
 
 
 def _check_table(declared: Declared, course: Table, analysis: Dynamic) -> Iterator[Diagnostic]:
-    """Of a table: how far it is from straight lines between the ends of steps."""
+    """Check the deviation of a table from straight lines between the ends of steps."""
     if course.path.startswith("data:"):
         return  # which is looked at when it runs
     if (fault := table_fault(declared, analysis.duration)) is not None:
@@ -122,6 +123,7 @@ def _check_table(declared: Declared, course: Table, analysis: Dynamic) -> Iterat
 
 
 def _check_column_unit(declared: Declared, course: Table) -> Iterator[Diagnostic]:
+    """Check the unit in the name of a table's time column."""
     if units.has_conflicting_unit(course.at_, course.time_unit, units.TIME):
         yield diagnostic("W334", declared.at("course"), f"the column `{course.at_}` names another unit",
                          f"{_time(course.time_unit)} here",
@@ -129,11 +131,12 @@ def _check_column_unit(declared: Declared, course: Table) -> Iterator[Diagnostic
 
 
 def _table_deviation(course: Table, step: float, duration: float) -> float:
-    """The largest distance of a table from straight lines between the ends of steps, relative to its largest value."""
+    """Return the largest deviation of a table from straight lines between steps, relative to its largest value."""
     return max((off for _, off in deviations_between_steps(course.rows, step, duration)), default=0.0)
 
 
 def _check_sine(declared: Declared, course: Sine, step: float) -> Iterator[Diagnostic]:
+    """Check the steps per period of a sine."""
     count = 1.0 / (course.frequency * step)
     if count >= SHOWN * (1.0 - NEAR):
         return
@@ -151,7 +154,7 @@ def _check_sine(declared: Declared, course: Sine, step: float) -> Iterator[Diagn
 
 
 def _check_moving_support(declared: Declared, course: Pulse | Ramp | Smooth, step: float) -> Iterator[Diagnostic]:
-    """Of a support that moves: where it is between two steps plays no part."""
+    """Check the amplitude of a moving support, whose motion within a step is lost."""
     if not isinstance(course, Pulse):
         if course.over < step * (1.0 - NEAR):
             yield diagnostic("W378", declared.at("course"), f"`{declared.name}` moves all the way within a step",
@@ -179,6 +182,7 @@ def _width(course: Pulse) -> float:
 
 
 def _is_whole(number: float) -> bool:
+    """Return whether a number is whole, up to rounding."""
     return abs(number - round(number)) < NEAR
 
 

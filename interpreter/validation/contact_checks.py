@@ -14,7 +14,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.problem.body_case import at_rest_pressed
 from softmark.interpreter.problem.plane_of_contact import beside_plane
 from softmark.interpreter.problem.symmetry_planes import led_fault
-from softmark.interpreter.validation.initial_overlap import overlapping
+from softmark.interpreter.validation.initial_overlap import check_initial_overlap
 from softmark.interpreter.vocabulary.contact_words import Between
 from softmark.interpreter.vocabulary.load_words import PointForce, Torque
 from softmark.interpreter.vocabulary.support_words import Displaced, Fixed, Symmetric, Turned
@@ -69,7 +69,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
-    """That what touches itself, or is glued, deforms."""
+    """Check that a body in self-contact or with tied parts is deformable."""
     body, kind = scene.declared[contact.thing.body], contact.constructor.name
     if is_rigid(body):
         yield diagnostic("E652", contact.at("body"), f"`{body.name}` is rigid, and `{kind}(...)` is about a body that "
@@ -78,7 +78,7 @@ def _check_deformable(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
-    """Contacts of the same bodies at the same places: each would bear a part, with a friction of its own."""
+    """Check for duplicate contacts, which would each bear a part with a friction of its own."""
     for i, later in enumerate(contacts):
         for first in contacts[:i]:
             one = later.thing
@@ -91,12 +91,12 @@ def _check_duplicates(contacts: list[Declared]) -> Iterator[Diagnostic]:
 
 
 def _contact_key(thing: Any) -> tuple[Any, ...]:
-    """What a contact is between, and where."""
+    """Return the bodies and places of a contact."""
     return type(thing), getattr(thing, "rigid", None), thing.body, thing.where
 
 
 def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
-    """That it has one rigid body and one that deforms, and that there is a distance between them."""
+    """Check that a contact has one rigid and one deformable body, and that they do not overlap."""
     first, second = (scene.declared[name] for name in (contact.thing.rigid, contact.thing.body))
     if not is_rigid(first):
         label = "itself, where a rigid one is due" if first is second else "not rigid"
@@ -119,7 +119,7 @@ def _check_bodies(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_symmetry(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
-    """That planes of symmetry of the body that deforms are such of how the rigid one is led."""
+    """Check that symmetry planes of the deformable body are also symmetry planes of the rigid body's motion."""
     mirrors = [s for s in scene.acting("support", contact.thing.body) if isinstance(s.thing, Symmetric)]
     for mirror, way in product(mirrors, scene.acting("support", contact.thing.rigid)):
         if (fault := led_fault(mirror, scene.declared[contact.thing.rigid], way)) is not None:
@@ -127,7 +127,7 @@ def _check_symmetry(scene: Scene, contact: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: Declared) -> Iterator[Diagnostic]:
-    """That the rigid body has a gap function, that fits the plane, and that it is not inside the other."""
+    """Check that the rigid body has a signed distance, fits a plane body, and lies outside the deformable body."""
     shape = first.thing.shape
     if not isinstance(shape, DISTANT) or (isinstance(shape, RoundBody) and shape.kept):
         yield diagnostic("E653", first.at("shape"), f"how far points are from `{first.name}` is not known of its shape",
@@ -151,11 +151,11 @@ def _check_geometry(scene: Scene, contact: Declared, first: Declared, second: De
                          "support bring it: `displaced(..., by = ...)`; an inclusion is a `region` with a material of "
                          "its own")  # fmt: skip
     elif not (second.thing.shape.prebuilt or second.thing.shape.enclosed):
-        yield from overlapping(scene, contact, first, second)
+        yield from check_initial_overlap(scene, contact, first, second)
 
 
 def _is_inside(shape: Shape, point: Vector3) -> bool:
-    """Whether a point is within a shape, and not on its surface; False where that is not known without its mesh."""
+    """Return whether a point is inside a shape and not on its surface; False if that needs its mesh."""
     if shape.bounds is None or shape.prebuilt or shape.enclosed:
         return False
     low, high = shape.bounds
@@ -163,7 +163,7 @@ def _is_inside(shape: Shape, point: Vector3) -> bool:
 
 
 def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
-    """Supports of a part of a rigid body, and what it takes none of."""
+    """Check that supports take a whole rigid body, and refuse declarations that rigid bodies do not support."""
     for declared in scene.declared.values():
         thing = declared.thing
         if declared.kind in ("contact", "metric") or getattr(thing, "body", None) != body.name:
@@ -185,13 +185,13 @@ def _check_actions(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
 
 
 def _is_load_of_rigid_body(scene: Scene, body: Declared, load: Any) -> bool:
-    """Whether a load is one of a rigid body, in motion or at rest."""
+    """Return whether a rigid body accepts a load in this analysis."""
     at_rest = isinstance(load, PointForce) and at_rest_pressed(scene, body)
     return at_rest or (body.thing.free and isinstance(load, PointForce | Torque))
 
 
 def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
-    """Supports of a rigid body that do not go together: it turns once, as a whole, and what is held does not move."""
+    """Check that supports of a rigid body are compatible: at most one rotation, and no motion of what is fixed."""
     before: list[Declared] = []
     for support in scene.acting("support", body.name):
         if not isinstance(support.thing, Fixed | Displaced | Turned):
@@ -209,7 +209,7 @@ def _check_supports(scene: Scene, body: Declared) -> Iterator[Diagnostic]:
 
 
 def _find_conflict(one: Fixed | Displaced | Turned, other: Fixed | Displaced | Turned) -> str | None:
-    """What two supports of a rigid body do not agree on, in a word; ways that it is displaced add up."""
+    """Return the conflict of two supports of a rigid body in a word, or None; displacements add up."""
     turns = [isinstance(support, Turned) for support in (one, other)]
     if all(turns):
         return "turn"

@@ -12,7 +12,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.metrics.curve_metrics import CurveMetric
 from softmark.interpreter.metrics.displacement import Displacement
 from softmark.interpreter.metrics.hysteresis import Hysteresis
-from softmark.interpreter.validation.file_and_selection_checks import cheap
+from softmark.interpreter.validation.file_and_selection_checks import is_cheap_to_read
 from softmark.interpreter.vocabulary.analysis_words import Dynamic, Quasistatic
 from softmark.references.code_consensus import ConsensusCurve
 from softmark.references.measured_curve import CurveFromFile
@@ -41,7 +41,7 @@ def _curves(scene: Scene) -> list[Declared]:
 
 
 def _check_uncertainty(reference: Declared) -> Iterator[Diagnostic]:
-    """Its uncertainty, and amounts that are of the dimensions of its columns."""
+    """Check the uncertainty of a curve, and the dimensions of its amounts."""
     thing: CurveFromFile = reference.thing
     if isinstance(thing, ConsensusCurve) and (fault := _band(reference)) is not None:
         yield fault
@@ -84,7 +84,7 @@ def _band(reference: Declared) -> Diagnostic | None:
 
 
 def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
-    """A column whose name says another unit than the scene: `Load (N)` with `y_unit = 1 kN`."""
+    """Check the unit in the name of a column: `Load (N)` contradicts `y_unit = 1 kN`."""
     thing: CurveFromFile = reference.thing
     for field, names, unit in (("x_unit", (thing.x,), thing.x_unit), ("y_unit", thing.y, thing.y_unit)):
         for name in names:
@@ -100,7 +100,7 @@ def _check_column_units(reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """The metric must have a curve, of the dimensions of the reference, over its range, and back for a loop."""
+    """Check that the metric has a curve with the reference's dimensions over its range, with unloading for a loop."""
     thing: CurveMetric = metric.thing
     reference, of = scene.declared.get(thing.measured_from or ""), scene.declared[thing.of]
     analysis = next((a.thing for a in scene.of_kind("analysis").values()), None)
@@ -116,8 +116,8 @@ def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_unloading(metric: Declared, reference: Declared | None) -> Diagnostic | None:
-    """A measured curve that never unloads."""
-    if reference is None or not cheap(reference.thing.files):
+    """Refuse a measured curve without unloading."""
+    if reference is None or not is_cheap_to_read(reference.thing.files):
         return None
     try:
         repeats, _ = reference.thing.read()
@@ -132,7 +132,7 @@ def _check_unloading(metric: Declared, reference: Declared | None) -> Diagnostic
 def _check_dimensions(
     scene: Scene, metric: Declared, of: Declared, reference: Declared, analysis: Any
 ) -> Iterator[Diagnostic]:
-    """The dimensions of both axes, and whether a motion goes over what was measured."""
+    """Check the dimensions of both axes, and whether a dynamic analysis covers the measured range."""
     thing: CurveMetric = metric.thing
     along = units.TIME
     if thing.over is not None:
@@ -143,14 +143,15 @@ def _check_dimensions(
             name, found = units.dimension_name(due), units.dimension_name(given.dimension)
             yield diagnostic("E518", metric.at("against"),
                              f"`{metric.name}` has {name} where `{reference.name}` has {found}", f"{axis} is {found}",
-                             f"compare with a curve whose `{axis}_unit` is {name}, in {units.usual_units(due)}")  # fmt: skip
+                             f"compare with a curve whose `{axis}_unit` is {name}, in"
+                             f" {units.usual_units(due)}")  # fmt: skip
             return
     if isinstance(analysis, Dynamic | Quasistatic) and thing.over is None:
         yield from _check_time_range(metric, reference, analysis.duration)
 
 
 def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool, timed: bool) -> Diagnostic | None:
-    """Of what has no curve: errors, in time what is not followed, and at rest what says not along what it goes."""
+    """Refuse metrics without a curve: errors, in dynamics those without history, in statics those without `over`."""
     thing: CurveMetric = metric.thing
     for field, other in (("of", of), ("over", scene.declared.get(thing.over or ""))):
         if other is not None and (other.thing.measured_from is not None or isinstance(other.thing, CurveMetric)):
@@ -186,8 +187,8 @@ def _check_has_curve(scene: Scene, metric: Declared, of: Declared, moving: bool,
 
 
 def _check_time_range(metric: Declared, reference: Declared, duration: float) -> Iterator[Diagnostic]:
-    """Of a measured course the part that an analysis does not reach is not judged."""
-    if not cheap(reference.thing.files):
+    """Warn about the part of a measured history that the analysis does not reach."""
+    if not is_cheap_to_read(reference.thing.files):
         return
     try:
         low, high = reference.thing.span
@@ -196,7 +197,8 @@ def _check_time_range(metric: Declared, reference: Declared, duration: float) ->
     if low >= duration:
         yield diagnostic("E518", metric.at("against"), f"`{reference.name}` begins after the end of the analysis",
                          f"at {units.format_value(low, units.TIME)}",
-                         f"the end is at {units.format_value(duration, units.TIME)}: analyse a longer `duration`")  # fmt: skip
+                         f"the end is at {units.format_value(duration, units.TIME)}: analyse a longer"
+                         " `duration`")  # fmt: skip
     elif high > duration * (1.0 + NEAR):
         share = (duration - max(low, 0.0)) / (high - low)
         yield diagnostic("W328", metric.at("against"),

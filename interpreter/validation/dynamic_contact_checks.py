@@ -30,7 +30,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         )
 
 
-def asked(scene: Scene) -> Iterator[Diagnostic]:
+def metric_faults(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of force metrics: values over time in a static analysis, and static metrics in a dynamic one."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     moving = analysis is not None and isinstance(analysis.thing, Dynamic)

@@ -43,9 +43,9 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
             yield from (d for d in found if d not in said)
             said.update(found)
         if own is None and not shape.fault and shape.lacks:
-            from softmark.interpreter.validation.tetrahedra_checks import unmeshed
+            from softmark.interpreter.validation.tetrahedra_checks import check_hexahedral_mesh
 
-            if (refusal := unmeshed(model, case, shape)) is not None:
+            if (refusal := check_hexahedral_mesh(model, case, shape)) is not None:
                 yield refusal
         path = shape.file if shape.prebuilt else ""
         here = path and not path.startswith("data:")
@@ -62,8 +62,10 @@ def meshes(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
-    """Why a file has no plane region, or not for a model: it is read when a scene is checked, since where it lies
-    decides what is held."""
+    """Return why a model cannot use the plane region of a file, or None.
+
+    The file is read during checking because its position determines the supports.
+    """
     from softmark.solvers.elements.plane import PLANE
     from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 
@@ -78,6 +80,7 @@ def _plane_region_error(model: Declared, case: Case, shape: Shape) -> Diagnostic
 
 
 def _file_error(path: str) -> tuple[str, str] | None:
+    """Return message and remedy for a file that cannot hold a solid, or None."""
     from softmark.solvers.mesh.files import mesh_formats  # no scene without a mesh file needs to know of formats
 
     return mesh_formats.find_format_problem(path)
@@ -92,7 +95,7 @@ def groups(scene: Scene) -> Iterator[Diagnostic]:
         except Fault:
             continue
         shape = model.thing.own_mesh or case.shape
-        if shape.prebuilt and case.groups and cheap([shape.file]) and shape.file not in said:
+        if shape.prebuilt and case.groups and is_cheap_to_read([shape.file]) and shape.file not in said:
             said.add(shape.file)
             yield from _groups(case, shape)
 
@@ -113,7 +116,7 @@ def _groups(case: Case, shape: Shape) -> Iterator[Diagnostic]:
 def tables(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of tables of tracked points and curves with missing columns."""
     for reference in scene.of_kind("reference").values():
-        if not cheap(reference.thing.files):
+        if not is_cheap_to_read(reference.thing.files):
             continue
         if (unfit := reference.thing.unfit()) is not None:
             at, (reason, remedy) = reference.at("path"), unfit
@@ -122,7 +125,7 @@ def tables(scene: Scene) -> Iterator[Diagnostic]:
             yield diagnostic(code, at, problem, reference.thing.table, remedy)
 
 
-def cheap(files: Sequence[str]) -> bool:
+def is_cheap_to_read(files: Sequence[str]) -> bool:
     """Return whether all files are small enough to be read during checking."""
     here = [not name.startswith("data:") and Path(name).is_file() for name in files]
     return bool(files) and all(here) and sum(Path(name).stat().st_size for name in files) <= CHEAP
@@ -149,10 +152,11 @@ def loads(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _may_meet_surface(condition: Condition, shape: Shape) -> bool:
-    """Whether a selection may hold somewhere on the surface of a convex body; False only where it is certain not to.
+    """Return whether a selection may include surface points of a convex body; False only if certain.
 
-    The body's box is halved again and again; cells in which the condition holds nowhere, and those that lie within the
-    body with all their corners, have no part of such a surface.
+    The bounding box is halved repeatedly. Cells in which the condition holds nowhere, and cells whose corners all lie
+    inside
+    the body, contain no selected surface.
     """
     if shape.bounds is None:
         return True
@@ -172,7 +176,7 @@ def _may_meet_surface(condition: Condition, shape: Shape) -> bool:
 
 
 def _is_inside(shape: Shape, low: Point, high: Point, margin: float) -> bool:
-    """Whether a cell and a margin around it lie in a convex body: all its corners do."""
+    """Return whether a cell with a margin around it lies in a convex body: all its corners do."""
     sides = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
     return all(shape.contains((x, y, z)) for x, y, z in product(*sides))
 

@@ -7,7 +7,7 @@ from softmark.interpreter.language.compiled_scene import Declared
 from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.models.shared.filled_mesh_notes import repaired, too_thin
 from softmark.interpreter.problem.body_case import Case
-from softmark.interpreter.validation.tetrahedra_checks import enclosed
+from softmark.interpreter.validation.tetrahedra_checks import check_filled_surface
 from softmark.solvers.mesh.boolean_operations import MISSING
 from softmark.solvers.mesh.files.mesh_validation import UnreadableMesh
 from softmark.solvers.mesh.surface_bodies import SurfaceBody
@@ -15,7 +15,7 @@ from softmark.solvers.mesh.surface_bodies import SurfaceBody
 
 def doubts(model: Declared, case: Case, shape: SurfaceBody) -> tuple[Diagnostic, ...]:
     """Return errors of a model of a body enclosed by such a surface; for a public data set only of its elements."""
-    found = [enclosed(model, case, shape)]
+    found = [check_filled_surface(model, case, shape)]
     if not shape.fault and "data:" not in shape.file:
         try:
             surface = shape.closed(model.thing.size)

@@ -34,12 +34,12 @@ def metrics(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_pressure(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
-    """A pressure where there is no fluid, or no body."""
+    """Check that a pore pressure has a porous body and a point inside it."""
     body = scene.declared[metric.thing.body]
     if is_rigid(body) or not porous(body.thing.material):
         yield diagnostic("E228", metric.at("body"), f"there is no fluid in `{body.name}`", "no fluid", REMEDY)
     elif not body.thing.shape.fault and not body.thing.shape.contains(metric.thing.at):
         spans = "" if body.thing.shape.bounds is None else f"the body spans {reach(*body.thing.shape.bounds)}"
         yield diagnostic("E504", metric.at("at"), f"`{metric.name}` looks at"
-                         f" {units.format_vector(metric.thing.at, units.LENGTH)}, outside `{body.name}`", "not in the body",
-                         spans)  # fmt: skip
+                         f" {units.format_vector(metric.thing.at, units.LENGTH)}, outside `{body.name}`",
+                         "not in the body", spans)  # fmt: skip

@@ -30,7 +30,7 @@ def reference(declared: Declared, case: Case) -> Iterator[Diagnostic]:
                      "use `frame_theory(...)`, closed forms in `expect` lines, or a `curve(...)`")  # fmt: skip
 
 
-def seen(scene: Scene) -> Iterator[Diagnostic]:
+def check_metrics_and_probes(scene: Scene) -> Iterator[Diagnostic]:
     """Refuse metrics and probes that a network does not have."""
     for probe in scene.of_kind("probe").values():
         body = scene.declared.get(probe.value("body") or "")

@@ -64,22 +64,22 @@ def _reasons(scene: Scene, body: Declared) -> Iterator[Reason]:
             "leave its mass out: what a support moves weighs nothing",
         )
     yield from _check_dynamic(scene, body)
-    yield from _touched(scene, body)
+    yield from _check_contacts(scene, body)
 
 
 def _initial_motion_field(thing: Any) -> str:
-    """Which of its fields sets a rigid body going; "" where none does."""
+    """Return the field that gives a rigid body an initial motion; "" if there is none."""
     return "velocity" if any(thing.velocity) else "spin" if any(thing.spin) else ""
 
 
 def _check_mass(body: Declared) -> Iterator[Reason]:
-    """That it has a density and a mass."""
+    """Refuse both a density and a mass."""
     if body.thing.density is not None and body.thing.mass is not None:
         yield body.at("mass"), f"`{body.name}` has a density and a mass", "one of them", "keep one: the other follows"
 
 
 def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """That there is a motion, in which its moments are those of the ends of steps; at rest other rules hold."""
+    """Check a free rigid body in a dynamic analysis, whose moments are those at the ends of steps."""
     analysis = next(iter(scene.of_kind("analysis").values()), None)
     if analysis is None or not isinstance(analysis.thing, Dynamic):
         yield (
@@ -98,7 +98,7 @@ def _check_dynamic(scene: Scene, body: Declared) -> Iterator[Reason]:
 
 
 def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
-    """That loads may press it along one way alone, do not turn it, and say what they come to."""
+    """Check that loads of a free rigid body in statics act along one direction only, without moments, and are known."""
     thing, name = body.thing, body.name
     if field := _initial_motion_field(thing):
         yield (
@@ -127,11 +127,11 @@ def _check_static(scene: Scene, body: Declared) -> Iterator[Reason]:
     met = [c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between) and c.thing.rigid == name]
     if met and not is_rigid(other := scene.declared[met[0].thing.body]):
         yield from _check_free_direction(scene, body, other)
-    yield from _touched(scene, body)
+    yield from _check_contacts(scene, body)
 
 
 def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iterator[Reason]:
-    """That one way is left to it, which its weight is known along, and that no other is pressed as well."""
+    """Check that one direction is free with known weight, and that no other rigid body is force-driven."""
     name, left = body.name, left_to_go(scene, body, other)
     loads = [load for load in scene.acting("load", name) if isinstance(load.thing, Gravity | PointForce)]
     if not left:
@@ -189,11 +189,11 @@ def _check_free_direction(scene: Scene, body: Declared, other: Declared) -> Iter
 
 
 def _has_component(action: Any, along: int) -> bool:
-    """Whether a load has a part along a way."""
+    """Return whether a load has a component along a direction."""
     return bool((action.acceleration if isinstance(action, BodyForce) else action.force)[along])
 
 
-def _touched(scene: Scene, body: Declared) -> Iterator[Reason]:
+def _check_contacts(scene: Scene, body: Declared) -> Iterator[Reason]:
     """Check that it contacts exactly one body, in dynamics a solid."""
     known = (c for c in scene.of_kind("contact").values() if isinstance(c.thing, Between))
     contacts = [c for c in known if c.thing.rigid == body.name]

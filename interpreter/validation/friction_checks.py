@@ -22,7 +22,7 @@ NEAR = 1e-9  # relative: what is as near to that is that
 
 def faults(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of friction metrics without friction, and warnings if all load comes in one step."""
-    yield from _without(scene)
+    yield from _check_friction_metrics(scene)
     rubbing = _frictional_contacts(scene)
     if not rubbing or scene.state is not None or states_of(scene):
         return
@@ -36,7 +36,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
     )
 
 
-def turned(scene: Scene) -> Iterator[Diagnostic]:
+def check_rotations(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of rigid bodies that rotate so far between states that slip is underestimated or reversed."""
     bodies = {c.thing.rigid: c for c in _frictional_contacts(scene) if isinstance(c.thing, Between)}
     for body, contact in bodies.items():
@@ -55,7 +55,7 @@ def turned(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _largest_rotation(scene: Scene, support: Declared) -> float:
-    """By how much a support turns what it turns from rest to the first state, or from one to the next, at most, rad."""
+    """Return the largest rotation of a support from one state to the next, or from rest to the first, rad."""
     try:
         each = [float(in_state(scene, i).declared[support.name].thing.angle) for i in range(len(states_of(scene)))]
     except Unreadable:  # a table, of which more is said elsewhere
@@ -64,13 +64,13 @@ def _largest_rotation(scene: Scene, support: Declared) -> float:
 
 
 def _frictional_contacts(scene: Scene) -> list[Declared]:
-    """Contacts with friction, of a scene at rest."""
+    """Return contacts with friction in a static scene."""
     if any(isinstance(analysis.thing, Dynamic) for analysis in scene.of_kind("analysis").values()):
         return []
     return [c for c in scene.of_kind("contact").values() if getattr(c.thing, "friction", 0.0)]
 
 
-def _without(scene: Scene) -> Iterator[Diagnostic]:
+def _check_friction_metrics(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of friction metrics of contacts without friction."""
     for metric in scene.of_kind("metric").values():
         contact = scene.declared[metric.thing.of] if isinstance(metric.thing, FrictionMetric) else None

@@ -17,7 +17,7 @@ OF_BEAMS = (
 INSTEAD = {"load": "put a traction on the end face or on a strip of the wall", "probe": "look at the wall"}
 
 
-def refusal(scene: Scene, declared: Declared) -> str | None:
+def axis_point_refusal(scene: Scene, declared: Declared) -> str | None:
     """Return why a load or probe cannot lie on the axis of a hollow body, as a remedy; None if it can.
 
     It can if all models of the body are beams, which move and are loaded by sections, and no stress is requested.
@@ -34,6 +34,7 @@ def refusal(scene: Scene, declared: Declared) -> str | None:
 
 
 def _is_of_body(scene: Scene, model: Declared, body: str) -> bool:
+    """Return whether a model is of this body."""
     try:
         return body_of(scene, model) == body
     except Fault:  # which is said elsewhere

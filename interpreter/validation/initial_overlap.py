@@ -24,7 +24,7 @@ SURE = 0.02  # of the smaller one's size: how deep a point must be, for facets l
 HALVES = 30  # of a line, to find a surface on it
 
 
-def overlapping(scene: Scene, contact: Declared, rigid: Declared, body: Declared) -> Iterator[Diagnostic]:
+def check_initial_overlap(scene: Scene, contact: Declared, rigid: Declared, body: Declared) -> Iterator[Diagnostic]:
     """Yield an error if a surface point of the body lies inside the rigid one; the message gives the point."""
     if contact.thing.where is not EVERYWHERE or body.thing.planar:
         return
@@ -43,7 +43,7 @@ def overlapping(scene: Scene, contact: Declared, rigid: Declared, body: Declared
 
 
 def _surface_points_inside(inner: Shape, outer: Shape) -> Iterator[Vector3]:
-    """Points of the surface of `outer` that are well inside of `inner`, m, on a few lines along the axes."""
+    """Yield surface points of `outer` that are clearly inside `inner`, m, on a few lines along the axes."""
     if inner.bounds is None or outer.bounds is None:
         return
     low = [max(a, b) for a, b in zip(inner.bounds[0], outer.bounds[0], strict=True)]
@@ -65,7 +65,7 @@ def _surface_points_inside(inner: Shape, outer: Shape) -> Iterator[Vector3]:
 
 
 def _surface_crossing(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3:
-    """Where a line from a point of a shape to one beyond it goes through its surface."""
+    """Return the point where a line from inside a shape to outside crosses its surface."""
     a, b = within, beyond
     for _ in range(HALVES):
         middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]))
@@ -74,6 +74,6 @@ def _surface_crossing(shape: Shape, within: Vector3, beyond: Vector3) -> Vector3
 
 
 def _is_well_inside(shape: Shape, at: Vector3, deep: float) -> bool:
-    """Whether the corners of a cube about a point are in a shape as well."""
+    """Return whether the corners of a cube around a point are in a shape as well."""
     x, y, z = at
     return all(shape.contains((x + i * deep, y + j * deep, z + k * deep)) for i, j, k in product((-1, 1), repeat=3))

@@ -74,11 +74,11 @@ def shapes(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _crosses_axis(shape: Shape) -> bool:
-    """Whether a region has points with x < 0."""
+    """Return whether a region has points with x < 0."""
     return shape.bounds is not None and shape.bounds[0][0] < -NEAR * shape.diagonal
 
 
-def selecting(scene: Scene) -> Iterator[Diagnostic]:
+def check_conditions(scene: Scene) -> Iterator[Diagnostic]:
     """Refuse conditions on z for plane bodies, which are the same for all z."""
     for declared in (d for kind in ("region", "support", "load") for d in scene.of_kind(kind).values()):
         body, condition = scene.declared.get(declared.value("body") or ""), declared.value("where")
@@ -89,7 +89,7 @@ def selecting(scene: Scene) -> Iterator[Diagnostic]:
                              "`solid`")  # fmt: skip
 
 
-def acting(scene: Scene) -> Iterator[Diagnostic]:
+def check_actions(scene: Scene) -> Iterator[Diagnostic]:
     """Refuse loads and supports across the plane of a plane body.
 
     Gravity along z is allowed if the scene also has solids: it acts on all bodies, and the plane body is held in its
@@ -124,7 +124,7 @@ def acting(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Diagnostic]:
-    """Supports that lead a rigid body out of the plane of a body that it meets, or off its axis."""
+    """Refuse supports that move a rigid body out of the plane, or off the axis, of the body it contacts."""
     around = body.thing.planar == "axisymmetric"
     for support in scene.acting("support", rigid):
         thing = support.thing
@@ -143,7 +143,7 @@ def _check_rigid_motion(scene: Scene, rigid: str, body: Declared) -> Iterator[Di
 
 
 def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
-    """Gravity across the axis of a body of revolution, mirrors that do not cross it, and turns of its parts."""
+    """Refuse gravity across the axis of revolution, symmetry planes not normal to it, and rotated parts."""
     turned = [body.name for body in scene.of_kind("body").values() if body.thing.planar == "axisymmetric"]
     thing = declared.thing
     if isinstance(thing, Symmetric):
@@ -165,22 +165,22 @@ def _check_axisymmetric_actions(scene: Scene, declared: Declared) -> Iterator[Di
 
 
 def _is_sideways_gravity(action: Any) -> bool:
-    """Whether it is gravity with a component along x or z."""
+    """Return whether an action is gravity with a component along x or z."""
     return isinstance(action, BodyForce) and bool(action.acceleration[0] or action.acceleration[2])
 
 
 def _is_oblique_tension(action: Any) -> bool:
-    """Whether it is a tension neither along the axis of a body of revolution nor across it."""
+    """Return whether an action is a tension neither along nor across the axis of revolution."""
     return isinstance(action, RemoteStress) and bool(action.direction[0] and action.direction[1])
 
 
 def _is_off_plane_force(action: Any) -> bool:
-    """Whether a force acts at a point off the plane."""
+    """Return whether an action is a force at a point off the plane."""
     return isinstance(action, PointLoad) and action.at[2] != 0.0
 
 
 def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
-    """What a motion starts with out of the plane; solids may have a velocity along z beside plane bodies."""
+    """Yield initial motions out of the plane; next to plane bodies, solids may have a velocity along z."""
     if not isinstance(analysis, Dynamic):
         return
     if alone and analysis.velocity[2]:
@@ -190,7 +190,7 @@ def _out_of_plane_starts(analysis: Any, alone: bool) -> Iterator[str]:
 
 
 def _z_component(declared: Declared) -> float:
-    """The component along z of what acts."""
+    """Return the component of an action along z."""
     thing = declared.thing
     if declared.kind == "support":
         turned = math.hypot(*thing.rotation[:2])  # about an axis in the plane
@@ -244,7 +244,7 @@ PLAIN = {"rotation": "point", "precision": "double", "mass": "consistent", "star
 
 
 def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What is not known of bodies of revolution: levers that would need rings of their own, and motions."""
+    """Refuse options and dynamic analyses that axisymmetric models do not have."""
     for field in (name for name, only in PLAIN.items() if getattr(thing, name) != only):
         yield diagnostic("E322", declared.at(field), f"`{declared.name}` is of a body of revolution, which knows no "
                          f"such `{field}`", "not with axial symmetry", "leave it out")  # fmt: skip
@@ -260,7 +260,7 @@ def _check_axisymmetric_model(thing: Fem, declared: Declared, case: Case) -> Ite
 
 
 def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Iterator[Diagnostic]:
-    """What plane stress does without, and a solid whose thickness could not follow."""
+    """Refuse options that plane stress does not have, and materials whose thickness could not follow."""
     field = "integration" if thing.integration != "full" else "formulation"
     if thing.integration != "full" or thing.formulation != "displacement" or thing.rotation != "point":
         field = "rotation" if thing.rotation != "point" else field
@@ -276,7 +276,7 @@ def _check_plane_stress_model(thing: Fem, declared: Declared, case: Case) -> Ite
 
 
 def _reason_unknown(metric: Declared, scene: Scene) -> str:
-    """Why a metric is not known of a body of revolution; "" where it is."""
+    """Return why a metric is not known for an axisymmetric body; "" if it is."""
     thing = metric.thing
     if isinstance(thing, Force):
         return "" if not (thing.direction[0] or thing.direction[2]) else "whose forces across its axis cancel"

@@ -74,8 +74,8 @@ def vocabulary_of(ours: Vocabulary, asked: Sequence[str]) -> tuple[Vocabulary, l
     found: list[Diagnostic] = []
     for one in dict.fromkeys(asked):
         try:
-            plugin = loaded(one)
-        except Absent as absent:
+            plugin = load_plugin(one)
+        except NoPlugin as absent:
             found.append(absent.diagnostic)
             continue
         plugin = _remove_existing_words(plugin, ours)
@@ -84,7 +84,7 @@ def vocabulary_of(ours: Vocabulary, asked: Sequence[str]) -> tuple[Vocabulary, l
     return ours, found
 
 
-class Absent(Exception):
+class NoPlugin(Exception):
     """There is no such plugin; carries the diagnostic."""
 
     def __init__(self, message: str, help: str) -> None:
@@ -103,7 +103,7 @@ def installed() -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class Read:
+class PluginSource:
     """Text of a plugin, and how to load it."""
 
     asked: str
@@ -147,8 +147,8 @@ class Read:
 _LOADED: dict[tuple[str, str], Plugin] = {}  # by how it is asked for and its text
 
 
-def loaded(asked: str) -> Plugin:
-    """Load a plugin by file or name; it runs once per process while its text is unchanged. Raises Absent."""
+def load_plugin(asked: str) -> Plugin:
+    """Load a plugin by file or name; it runs once per process while its text is unchanged. Raises NoPlugin."""
     read = _read(asked)
     key = read.asked, read.sha256
     if key not in _LOADED:
@@ -156,11 +156,11 @@ def loaded(asked: str) -> Plugin:
     return _LOADED[key]
 
 
-copyreg.pickle(Plugin, lambda plugin: (loaded, (plugin.asked,)))  # its classes are its file's
+copyreg.pickle(Plugin, lambda plugin: (load_plugin, (plugin.asked,)))  # its classes are its file's
 
 
-def _read(asked: str) -> Read:
-    """Read the text of a plugin. Raises Absent."""
+def _read(asked: str) -> PluginSource:
+    """Read the text of a plugin. Raises NoPlugin."""
     by_path = os.path.isfile(asked) or asked.endswith(".py") or os.sep in asked
     file, module = (Path(asked), "") if by_path else _locate_installed(asked)
     try:
@@ -168,18 +168,18 @@ def _read(asked: str) -> Read:
             data = opened.read(LARGEST + 1)
     except OSError as error:
         said = (error.strerror or str(error)).lower()
-        raise Absent(f"the plugin {asked} cannot be read: {said}", "`--plugin` takes a Python file, or the name of an "
-                     "installed plugin: `dsl list plugins`") from error  # fmt: skip
+        raise NoPlugin(f"the plugin {asked} cannot be read: {said}", "`--plugin` takes a Python file, or the name of "
+                       "an installed plugin: `dsl list plugins`") from error  # fmt: skip
     text = data.decode("utf-8", errors="replace")
     if len(data) > LARGEST:
-        raise Absent(f"the plugin {asked} is larger than 1 MB", "a plugin is a Python file that people write")
+        raise NoPlugin(f"the plugin {asked} is larger than 1 MB", "a plugin is a Python file that people write")
     stem = re.sub(r"\W", "_", file.stem)
     own = module or f"{OWN}{stem}_{hashlib.sha256(data).hexdigest()[:12]}"
-    return Read(asked if module else str(file.resolve()), Source(asked, text), str(file.resolve()), own)
+    return PluginSource(asked if module else str(file.resolve()), Source(asked, text), str(file.resolve()), own)
 
 
 def _locate_installed(name: str) -> tuple[Path, str]:
-    """The file and module of an installed plugin, which is not run; the packages that it is in are. Raises Absent."""
+    """Return file and module of an installed plugin without running it; its parent packages do run. Raises NoPlugin."""
     from importlib.util import find_spec
 
     known = installed()
@@ -187,22 +187,22 @@ def _locate_installed(name: str) -> tuple[Path, str]:
         close = nearest(name, list(known))
         hint = f"did you mean `{close}`?" if close else "`dsl list plugins` shows those that are installed"
         if not name.strip():
-            raise Absent("the name of the plugin is empty", hint)
-        raise Absent(f"there is no file {name}, and no installed plugin of that name", hint)
+            raise NoPlugin("the name of the plugin is empty", hint)
+        raise NoPlugin(f"there is no file {name}, and no installed plugin of that name", hint)
     try:
         with process_lock, redirect_stdout(sys.stderr):
             spec = find_spec(known[name])
     except Exception as error:
-        raise Absent(f"the plugin {name} cannot be found: {format_exception(error)}", "install it anew") from error
+        raise NoPlugin(f"the plugin {name} cannot be found: {format_exception(error)}", "install it anew") from error
     if spec is None or not spec.origin:
-        raise Absent(f"the plugin {name} has no file: {known[name]}", "its entry point names a module")
+        raise NoPlugin(f"the plugin {name} has no file: {known[name]}", "its entry point names a module")
     return Path(spec.origin), known[name]
 
 
 # ------------------------------------------------------------------ its table
 
 
-class Unread(Exception):
+class BadPlugin(Exception):
     """A plugin is unusable; carries the diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic, why: str) -> None:
@@ -225,8 +225,8 @@ class Entry:
         return TABLES[self.table][0]
 
 
-def _build_plugin(read: Read) -> Plugin:
-    """A plugin loaded, with all that is wrong with it."""
+def _build_plugin(read: PluginSource) -> Plugin:
+    """Load a plugin; return it with all its errors."""
     doubts: list[Diagnostic] = []
     broken: dict[tuple[str, str], str] = {}
     words: dict[str, dict[str, Any]] = {}
@@ -236,14 +236,14 @@ def _build_plugin(read: Read) -> Plugin:
     try:
         entries = list(_entries(read, _tree(read), doubts))
         module = _run(read)
-    except Unread as unread:
+    except BadPlugin as unread:
         broken = {(e.kind, e.word): unread.why for e in entries or _recover_entries(read)}
         return Plugin(read.asked, read.source.name, read.file, read.sha256, {}, broken,
                       "" if broken else unread.why, doubts=(*doubts, unread.diagnostic))  # fmt: skip
     for entry in entries:
         try:
-            thing = _tried(entry, module)
-        except Lacking as lacking:
+            thing = _check_safely(entry, module)
+        except BadClass as lacking:
             broken[entry.kind, entry.word] = str(lacking)
             doubts.append(_left_out_diagnostic(read, entry, lacking))
             continue
@@ -259,30 +259,33 @@ def _build_plugin(read: Read) -> Plugin:
                   tuple(doubts))  # fmt: skip
 
 
-def _left_out_diagnostic(read: Read, entry: Entry, why: Lacking) -> Diagnostic:
+def _left_out_diagnostic(read: PluginSource, entry: Entry, why: BadClass) -> Diagnostic:
+    """Return the diagnostic for a word that is left out."""
     return read.doubt("W731", f"has a word that is left out: {why}", entry.node, f"no {entry.kind}", why.remedy)
 
 
-def _tree(read: Read) -> ast.Module:
-    """Parse a plugin. Raises Unread if it is not valid Python."""
+def _tree(read: PluginSource) -> ast.Module:
+    """Parse a plugin. Raises BadPlugin if it is not valid Python."""
     try:
         return ast.parse(read.source.text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", 0) or 0
         why = f"it is no Python: {getattr(error, 'msg', None) or error}" + (f" (line {line})" if line else "")
-        raise Unread(read.doubt("W730", f"is broken: {why}", line, "here", "nothing of it can be used"), why) from error
+        raise BadPlugin(
+            read.doubt("W730", f"is broken: {why}", line, "here", "nothing of it can be used"), why
+        ) from error
 
 
-def _entries(read: Read, tree: ast.Module, doubts: list[Diagnostic]) -> Iterator[Entry]:
-    """Yield the lines of the table. Raises Unread if there is no table."""
+def _entries(read: PluginSource, tree: ast.Module, doubts: list[Diagnostic]) -> Iterator[Entry]:
+    """Yield the lines of the table. Raises BadPlugin if there is no table."""
     form = f'a literal at its top level, such as `{NAME} = {{"metrics": {{"sway": "Sway"}}}}`'
     node = next((n.value for n in tree.body if isinstance(n, ast.Assign | ast.AnnAssign) and _names(n)), None)
     if node is None:
         why = f"it has no table `{NAME}`"
-        raise Unread(read.doubt("W730", f"is broken: {why}", 1, "no table", f"write {form}"), why)
+        raise BadPlugin(read.doubt("W730", f"is broken: {why}", 1, "no table", f"write {form}"), why)
     if not isinstance(node, ast.Dict):
         why = f"its `{NAME}` is no literal"
-        raise Unread(read.doubt("W730", f"is broken: {why}", node, "not a table", f"write {form}"), why)
+        raise BadPlugin(read.doubt("W730", f"is broken: {why}", node, "not a table", f"write {form}"), why)
     for key, value in zip(node.keys, node.values, strict=True):
         table = key.value if isinstance(key, ast.Constant) else None
         if table == EXAMPLES:
@@ -300,7 +303,7 @@ def _names(node: ast.Assign | ast.AnnAssign) -> bool:
     return any(isinstance(t, ast.Name) and t.id == NAME for t in targets)
 
 
-def _lines(read: Read, table: str, node: ast.Dict, doubts: list[Diagnostic]) -> Iterator[Entry]:
+def _lines(read: PluginSource, table: str, node: ast.Dict, doubts: list[Diagnostic]) -> Iterator[Entry]:
     for key, value in zip(node.keys, node.values, strict=True):
         try:
             word, names = ast.literal_eval(key) if key else None, ast.literal_eval(value)
@@ -314,21 +317,21 @@ def _lines(read: Read, table: str, node: ast.Dict, doubts: list[Diagnostic]) -> 
         yield Entry(table, word, names, key or value)
 
 
-def _recover_entries(read: Read) -> Iterator[Entry]:
-    """The lines of the table in a file that is no Python elsewhere."""
+def _recover_entries(read: PluginSource) -> Iterator[Entry]:
+    """Yield the lines of the table of a file with a syntax error elsewhere."""
     found = re.search(rf"^{NAME}\s*(?::[^=\n]*)?=\s*(\{{.*?^\}}|\{{[^\n]*\}})", read.source.text, re.M | re.S)
     try:
         tree = ast.parse(f"{NAME} = {found[1]}") if found else ast.Module([], [])
         yield from _entries(read, tree, [])
-    except (SyntaxError, ValueError, RecursionError, MemoryError, Unread):
+    except (SyntaxError, ValueError, RecursionError, MemoryError, BadPlugin):
         return
 
 
 # ------------------------------------------------------------------ its classes
 
 
-def _run(read: Read) -> ModuleType:
-    """Run a plugin and return its module; its output goes to standard error. Raises Unread for any exception."""
+def _run(read: PluginSource) -> ModuleType:
+    """Run a plugin and return its module; its output goes to standard error. Raises BadPlugin for any exception."""
     named = not read.module.startswith(OWN)
     module = ModuleType(read.module)
     module.__file__ = read.file
@@ -343,7 +346,7 @@ def _run(read: Read) -> ModuleType:
         line, why = _line_of(error, read.file), format_exception(error)
         help = "nothing of it can be used; install what it needs" if isinstance(error, ImportError) else "mend it"
         doubt = read.doubt("W730", f"is broken: {why}", line, "raised here", help)
-        raise Unread(doubt, f"{why} (line {line})") from None
+        raise BadPlugin(doubt, f"{why} (line {line})") from None
     return module
 
 
@@ -356,7 +359,7 @@ def _line_of(error: BaseException, file: str) -> int:
     return line
 
 
-class Lacking(Exception):
+class BadClass(Exception):
     """A class cannot define a word; `remedy` says what it needs."""
 
     def __init__(self, why: str, remedy: str) -> None:
@@ -364,22 +367,22 @@ class Lacking(Exception):
         self.remedy = remedy
 
 
-def _tried(entry: Entry, module: ModuleType) -> Any:
-    """Return the checked class of a word. Raises Lacking, also for any exception of the plugin."""
+def _check_safely(entry: Entry, module: ModuleType) -> Any:
+    """Return the checked class of a word. Raises BadClass, also for any exception of the plugin."""
     try:
         return _check_entry(entry, module)
-    except Lacking:
+    except BadClass:
         raise
     except Exception as error:
-        raise Lacking(
+        raise BadClass(
             f"looking at it raises {format_exception(error)}", "what a class says of itself is values"
         ) from error
 
 
 def _check_entry(entry: Entry, module: ModuleType) -> Any:
-    """What a word stands for, ready to be used. Raises Lacking."""
+    """Return the checked class of a word. Raises BadClass."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", entry.word) or entry.word in PREDEFINED:
-        raise Lacking(f"`{entry.word}` is no word", "words are of small letters, digits and `_`, as `tip_sway`")
+        raise BadClass(f"`{entry.word}` is no word", "words are of small letters, digits and `_`, as `tip_sway`")
     name, builder = entry.value if isinstance(entry.value, tuple) else (entry.value, "prepare")
     thing = getattr(module, name, None)
     _, place, base = TABLES[entry.table]
@@ -387,57 +390,57 @@ def _check_entry(entry: Entry, module: ModuleType) -> Any:
     if entry.table == "adapters":
         return _register_adapter(entry.word, name, thing, root, module)
     if not isinstance(thing, type):
-        raise Lacking(f"there is no class `{name}` in it", "a line is a word and the name of a class of this file")
+        raise BadClass(f"there is no class `{name}` in it", "a line is a word and the name of a class of this file")
     if not issubclass(thing, root):
-        raise Lacking(f"`{name}` is no {base}", f"derive it from `{base}` of `softmark.{place}`")
-    lacks(thing, entry.kind)
+        raise BadClass(f"`{name}` is no {base}", f"derive it from `{base}` of `softmark.{place}`")
+    check_class(thing, entry.kind)
     if entry.table == "models":
         _register_builder(thing, builder, module)
     return thing
 
 
-def lacks(cls: type[Any], kind: str) -> None:
-    """Check that a class has all that its word needs. Raises Lacking."""
+def check_class(cls: type[Any], kind: str) -> None:
+    """Check that a class has all that its word needs. Raises BadClass."""
     name = cls.__name__
     own: Any = vars(cls).get("__dataclass_params__")  # not that of its base
     if own is None or not own.frozen:
-        raise Lacking(f"`{name}` is no frozen dataclass", "write `@dataclass(frozen=True)` above it")
+        raise BadClass(f"`{name}` is no frozen dataclass", "write `@dataclass(frozen=True)` above it")
     if not (cls.__doc__ or "").strip() or cls.__doc__.startswith(f"{name}("):  # type: ignore[union-attr]
-        raise Lacking(f"`{name}` does not say what it is", "its docstring is what `dsl list` and `dsl explain` show")
+        raise BadClass(f"`{name}` does not say what it is", "its docstring is what `dsl list` and `dsl explain` show")
     try:
         _fields(cls)
     except Exception as error:
         form = '`Annotated[float, "m in (0, inf)", "what it means"]`'
-        raise Lacking(f"a field of `{name}` cannot be read: {format_exception(error)}", f"a field is {form}") from None
+        raise BadClass(f"a field of `{name}` cannot be read: {format_exception(error)}", f"a field is {form}") from None
     for (place, base), needed in NEEDED.items():
         root = getattr(sys.modules.get(f"softmark.{place}"), base, None)
         missing = (
             () if root is None or not issubclass(cls, root) else [n for n in needed if _is_only_inherited(cls, root, n)]
         )
         if missing:
-            raise Lacking(f"`{name}` has no `{missing[0]}`", f"{indefinite_article(kind)} {kind} says it itself; see `{base}` of "
-                          f"`softmark.{place}`")  # fmt: skip
+            raise BadClass(f"`{name}` has no `{missing[0]}`", f"{indefinite_article(kind)} {kind} says it itself; "
+                           f"see `{base}` of `softmark.{place}`")  # fmt: skip
     if kind == "reference":
         _check_reference(cls)
 
 
 def _is_only_inherited(cls: type[Any], root: type[Any], name: str) -> bool:
-    """Whether a class leaves to its base what it must say itself."""
+    """Return whether a class only inherits an attribute that it must define itself."""
     nothing = object()
     return getattr(cls, name, nothing) is getattr(root, name, nothing)
 
 
 def _check_reference(cls: type[Any]) -> None:
-    """Raises Lacking for a reference without what gives its answer."""
+    """Check that a reference defines how its answer is computed. Raises BadClass."""
     known: Mapping[str, str] = {"solved": "solve", "measured": "load", "scanned": "load"}
     if cls.how not in known:
-        raise Lacking(f"`{cls.__name__}` is `{cls.how}`", 'references of plugins are `how = "solved"` or `"measured"`')
+        raise BadClass(f"`{cls.__name__}` is `{cls.how}`", 'references of plugins are `how = "solved"` or `"measured"`')
     if not callable(getattr(cls, known[cls.how], None)):
-        raise Lacking(f"`{cls.__name__}` has no `{known[cls.how]}`", f"what is `{cls.how}` has it; see `Reference`")
+        raise BadClass(f"`{cls.__name__}` has no `{known[cls.how]}`", f"what is `{cls.how}` has it; see `Reference`")
 
 
 def _register_builder(cls: type[Any], builder: str, module: ModuleType) -> None:
-    """Enter what builds a model: a function of this file, or a module. Raises Lacking."""
+    """Register the builder of a model: a function of this file, or a module. Raises BadClass."""
     from softmark.interpreter.models.model_builders import BUILDERS, Builder
 
     if "." in builder:
@@ -445,34 +448,34 @@ def _register_builder(cls: type[Any], builder: str, module: ModuleType) -> None:
         return
     prepare = getattr(module, builder, None)
     if not callable(prepare):
-        raise Lacking(f"nothing builds `{cls.__name__}`", f"write a function `{builder}(model, declared, case, "
+        raise BadClass(f"nothing builds `{cls.__name__}`", f"write a function `{builder}(model, declared, case, "
                       "workshop)` in this file")  # fmt: skip
     load = getattr(module, "load", None)
     BUILDERS[cls] = Builder(load if callable(load) else lambda model: None, prepare)
 
 
 def _register_adapter(word: str, name: str, thing: Any, root: type[Any], module: ModuleType) -> Any:
-    """Enter an adapter. Raises Lacking."""
+    """Register an adapter. Raises BadClass."""
     from softmark.interpreter.models.external.adapters import PLUGGED, PROGRAMS
 
     if not isinstance(thing, root):
-        raise Lacking(f"`{name}` is no Program", "`Program(title, elements, laws)` says what a program can do")
+        raise BadClass(f"`{name}` is no Program", "`Program(title, elements, laws)` says what a program can do")
     if missing := [n for n in ADAPTER if not hasattr(module, n)]:
-        raise Lacking(f"its file has no `{missing[0]}`", f"an adapter has {', '.join(ADAPTER)}")
+        raise BadClass(f"its file has no `{missing[0]}`", f"an adapter has {', '.join(ADAPTER)}")
     known = PLUGGED.get(word)
     if word in PROGRAMS or (known is not None and not _is_same_module(known[1], module)):
-        raise Lacking(f"there is a program `{word}` already", "give it another word")
+        raise BadClass(f"there is a program `{word}` already", "give it another word")
     PLUGGED[word] = thing, module
     return thing
 
 
 def _is_same_module(one: ModuleType, other: ModuleType) -> bool:
-    """Whether two modules are of one file, or of one text, by which those of files are named."""
+    """Return whether two modules come from the same file or text."""
     return one.__file__ == other.__file__ or one.__name__ == other.__name__
 
 
 def _remove_existing_words(plugin: Plugin, ours: Vocabulary) -> Plugin:
-    """Without words that somebody has already."""
+    """Return the plugin without words that already exist."""
     taken = {(k, w): ours.owner(k, w) for k, own in plugin.words.items() for w in own if w in ours[k]}
     if not taken:
         return plugin
@@ -481,7 +484,7 @@ def _remove_existing_words(plugin: Plugin, ours: Vocabulary) -> Plugin:
     entries = {(e.kind, e.word): e for e in _entries(read, _tree(read), [])}
     for (kind, word), other in taken.items():
         whose = "softmark" if other is None else f"the plugin `{other.name}`"
-        lacking = Lacking(f"`{word}` is {indefinite_article(kind)} {kind} of {whose} already", "give it another word")
+        lacking = BadClass(f"`{word}` is {indefinite_article(kind)} {kind} of {whose} already", "give it another word")
         broken[kind, word] = str(lacking)
         doubts.append(_left_out_diagnostic(read, entries[kind, word], lacking))
     words = {k: {w: c for w, c in own.items() if (k, w) not in taken} for k, own in plugin.words.items()}

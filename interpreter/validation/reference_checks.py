@@ -55,7 +55,7 @@ class _Refusal:
     help: str
 
 
-def known_of(reference: Declared) -> Known:
+def data_kind_of(reference: Declared) -> Known:
     """Return the kind of data of a reference, or of a model used as one."""
     if isinstance(reference.thing, TrackedPoints):
         return "points"
@@ -68,7 +68,7 @@ def known_of(reference: Declared) -> Known:
     return "surface" if reference.kind == "reference" and reference.thing.how in ("measured", "scanned") else "field"
 
 
-def comparisons(scene: Scene) -> Iterator[Diagnostic]:
+def check_comparisons(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors of metrics without any value, and of probes and supports that need tracked points."""
     for declared in (*scene.of_kind("probe").values(), *scene.of_kind("support").values()):
         yield from _tracked(scene, declared)
@@ -81,9 +81,9 @@ def comparisons(scene: Scene) -> Iterator[Diagnostic]:
 def _tracked(scene: Scene, declared: Declared) -> Iterator[Diagnostic]:
     """Check that probes of markers and supports that follow them have a reference of tracked points."""
     of = declared.thing.tracked
-    if of is None or known_of(scene.declared[of]) == "points":
+    if of is None or data_kind_of(scene.declared[of]) == "points":
         return
-    known, at = known_of(scene.declared[of]), declared.at("of")
+    known, at = data_kind_of(scene.declared[of]), declared.at("of")
     does = "looks at" if declared.kind == "probe" else "follows"
     else_ = "; to look at a surface, use `surface(...)`" if declared.kind == "probe" else ""
     yield diagnostic("E509", at, f"`{declared.name}` {does} tracked points, and `{of}` has none",
@@ -120,7 +120,7 @@ def _needs_surface(scene: Scene, metric: Declared) -> bool:
         return isinstance(thing, Hausdorff | VolumeChange)
     against = scene.declared[thing.against]
     moved = against.kind == "reference" and against.thing.registered == "icp"  # onto the triangles of the probe
-    return thing.along == "normal" or moved or known_of(against) == "field"
+    return thing.along == "normal" or moved or data_kind_of(against) == "field"
 
 
 def _nearest(metric: Declared) -> str:
@@ -156,7 +156,7 @@ def _tensor(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _history_dependent_body(scene: Scene, model: Declared) -> str:
-    """Return the porous or viscoelastic body of a model in words, as its stress is not known at points; else ""."""
+    """Return "porous" or "viscoelastic" body of a model in words, whose stress is not known at points; else ""."""
     try:
         case = case_for(scene, _full_model(scene, model))
     except Fault:  # which is said elsewhere
@@ -167,7 +167,7 @@ def _history_dependent_body(scene: Scene, model: Declared) -> str:
 
 
 def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
-    """The model that is taken as right must have stress too."""
+    """Check that the model taken as correct has stress as well."""
     if (name := metric.thing.against) is None:
         return None
     if (right := scene.declared[name]).kind == "reference":
@@ -184,7 +184,7 @@ def _check_correct_model(scene: Scene, metric: Declared) -> _Refusal | None:
 
 
 def _full_model(scene: Scene, model: Declared) -> Declared:
-    """The model itself, or what it reduces."""
+    """Return the model itself, or the full model of a reduced one."""
     return model if model.thing.reduces is None else scene.declared[model.thing.reduces]
 
 
@@ -209,7 +209,7 @@ def _reference(scene: Scene, metric: Declared) -> _Refusal | None:
     if name is None:
         return None
     reference, word = scene.declared[name], metric.constructor.name
-    known = known_of(reference)
+    known = data_kind_of(reference)
     if isinstance(metric.thing, ErrorOfValue) is not (known == "value"):
         return _values(metric, name, known)
     if isinstance(metric.thing, ForceMetric) and reference.kind != "model" and not reference.thing.with_forces:

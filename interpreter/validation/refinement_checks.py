@@ -59,7 +59,7 @@ def methods_of(scene: Scene, reference: Declared) -> list[Method]:
 # ------------------------------------------------------------------ what speaks against it
 
 
-def doubts(scene: Scene) -> Iterator[Diagnostic]:
+def check_refinements(scene: Scene) -> Iterator[Diagnostic]:
     """Yield errors and warnings of every such reference of a scene."""
     for reference in scene.of_kind("reference").values():
         if isinstance(reference.thing, SelfConverged):
@@ -106,7 +106,7 @@ def _methods(scene: Scene, reference: Declared, well_sized: bool) -> Iterator[Di
 
 
 def _refinement_obstacle(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
-    """Why a model alone cannot be refined, if it cannot."""
+    """Return why a model cannot be refined, or None."""
     name, thing = declared.name, declared.thing
     problem = label = help = ""
     if not isinstance(thing, Fem):
@@ -127,7 +127,7 @@ def _refinement_obstacle(scene: Scene, reference: Declared, declared: Declared) 
 
 
 def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
-    """A model of another body."""
+    """Return the error for a model of another body."""
     try:
         own, theirs = body_of(scene, reference), body_of(scene, declared)
     except Fault:  # said elsewhere
@@ -140,7 +140,7 @@ def _other_body_error(scene: Scene, reference: Declared, declared: Declared) -> 
 
 
 def _shared_error(reference: Declared, declared: Declared, twin: Declared, first: Declared) -> Diagnostic | None:
-    """Two models that share their errors, or that do not have one limit."""
+    """Return the error for two models that share their errors, or that do not converge to one limit."""
     mine, theirs = declared.thing, first.thing
     if twin is not declared:
         both = f"`{twin.name}` and `{declared.name}`"
@@ -156,7 +156,7 @@ def _shared_error(reference: Declared, declared: Declared, twin: Declared, first
 
 
 def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diagnostic | None:
-    """A finest mesh that does not fit in memory."""
+    """Return the error for a finest mesh that does not fit in memory."""
     try:
         case = case_for(scene, declared)
     except Fault:
@@ -172,7 +172,7 @@ def _memory_error(scene: Scene, reference: Declared, declared: Declared) -> Diag
 # ------------------------------------------------------------------ what makes it of little use
 
 
-def uneven(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
+def extrapolation_obstacle(shape: Shape, sizes: Sequence[float], cuts: Cuts = ()) -> str | None:
     """Return why meshes of these sizes cannot be extrapolated (not similar, or hardly finer), or None."""
     found = [shape.counts(size, cuts) for size in sizes[-LEAST:]]
     counts = [own for own in found if own is not None]
@@ -191,7 +191,7 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
     methods = methods_of(scene, reference)
     first, sizes = methods[0], reference.thing.sizes.values
     shape, cuts = first.case.shape, first.declared.thing.cuts(first.case)
-    if (why := uneven(shape, sizes, cuts)) is not None:
+    if (why := extrapolation_obstacle(shape, sizes, cuts)) is not None:
         at = reference.at("sizes")
         yield diagnostic("W332", at, f"the meshes of `{reference.name}` tell no order of convergence",
                          "nothing is extrapolated", _propose_sizes(shape, cuts), (why,))  # fmt: skip
@@ -205,10 +205,10 @@ def _warnings(scene: Scene, reference: Declared) -> Iterator[Diagnostic]:
 
 
 def _propose_sizes(shape: Shape, cuts: Cuts) -> str:
-    """Sizes that give similar meshes, if some are known."""
+    """Propose sizes that give similar meshes, if some are known."""
     largest = shape.even or 0.0
     for part in range(1, PARTS + 1) if largest else ():
         sizes = tuple(float(f"{largest / part / k:.5g}") for k in (1, 2, 3))
-        if uneven(shape, sizes, cuts) is None:
+        if extrapolation_obstacle(shape, sizes, cuts) is None:
             return f"take sizes that give similar meshes, such as {units.format_vector(sizes, units.LENGTH)}"
     return "take sizes of which each is half the one before, and that divide the body in whole cells"

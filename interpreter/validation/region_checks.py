@@ -15,7 +15,7 @@ from softmark.solvers.mesh.shape import Prism
 SELECT = ("region", "support", "load", "probe")  # kinds whose declarations have a `where`
 
 
-def foreign(scene: Scene) -> Iterator[Diagnostic]:
+def check_owners(scene: Scene) -> Iterator[Diagnostic]:
     """Refuse regions of one body that are used for another."""
     for declared in (d for kind in SELECT for d in scene.of_kind(kind).values()):
         used = [("over", name) for name in declared.value("over") or ()]
@@ -30,7 +30,7 @@ def foreign(scene: Scene) -> Iterator[Diagnostic]:
                              f"declare one of `{body}`: `region NAME = part({body}, where = ...)`")  # fmt: skip
 
 
-def unnamed(scene: Scene) -> Iterator[Diagnostic]:
+def check_groups(scene: Scene) -> Iterator[Diagnostic]:
     """Refuse mesh groups of a body without a mesh file."""
     for region in scene.of_kind("region").values():
         body = scene.declared.get(region.thing.body)
@@ -42,7 +42,7 @@ def unnamed(scene: Scene) -> Iterator[Diagnostic]:
                              "the body's shape from a `mesh(...)`")  # fmt: skip
 
 
-def idle(scene: Scene) -> Iterator[Diagnostic]:
+def check_order(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about an order of regions without effect, since one of them has no material of its own."""
     for region in scene.of_kind("region").values():
         for name in region.thing.over:
@@ -53,7 +53,7 @@ def idle(scene: Scene) -> Iterator[Diagnostic]:
                                  f"give `{lacking}` a `material`, or leave `over` out")  # fmt: skip
 
 
-def overlaps(scene: Scene) -> Iterator[Diagnostic]:
+def check_overlaps(scene: Scene) -> Iterator[Diagnostic]:
     """Refuse regions of different materials with a common box."""
     for body in scene.of_kind("body"):
         case = case_of(scene, body)
@@ -66,7 +66,7 @@ def overlaps(scene: Scene) -> Iterator[Diagnostic]:
                 yield overlap(a, b, f"both hold at {units.format_vector(at, units.LENGTH)}").diagnostic
 
 
-def untaken(scene: Scene) -> Iterator[Diagnostic]:
+def check_models(scene: Scene) -> Iterator[Diagnostic]:
     """Check models that use one material for a body of several, or one given material in place of all."""
     for model in scene.asked("model").values():
         try:

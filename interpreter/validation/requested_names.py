@@ -22,7 +22,7 @@ def unknown_models(scene: Scene, only: tuple[str, ...]) -> list[Diagnostic]:
     return found
 
 
-def needed(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
+def needed_models(scene: Scene, only: Sequence[str]) -> tuple[str, ...]:
     """Return the requested models and all models that they, or references, depend on; () if one is unknown."""
     models = scene.of_kind("model")
     if not only or any(name not in models for name in only):
@@ -39,7 +39,9 @@ def at_name(option: str, name: str, code: str, message: str, label: str, help: s
     return Diagnostic(code, message, Source(f"{option} {name}", name), span, label, help)
 
 
-def concerning(scene: Scene | None, only: tuple[str, ...], found: list[Diagnostic]) -> list[Diagnostic]:
+def without_unrequested_warnings(
+    scene: Scene | None, only: tuple[str, ...], found: list[Diagnostic]
+) -> list[Diagnostic]:
     """Return the diagnostics without warnings about models that were not requested."""
     if scene is None or not only:
         return found

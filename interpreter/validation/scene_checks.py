@@ -1,7 +1,6 @@
 """Checks of a compiled scene that need nothing built; value_warnings.py has the warnings.
 
-To add a check: write a function that yields diagnostics, and add a line in LOCAL, or in WHOLE if it needs all
-declarations.
+To add a check: a function that yields diagnostics, and a line in LOCAL, or in WHOLE if it needs all declarations.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ from softmark.interpreter.problem.theory_problems import problem_of
 from softmark.interpreter.validation import file_and_selection_checks as given
 from softmark.interpreter.validation import plane_body_checks, state_checks, value_warnings
 from softmark.interpreter.validation.amplitude_resolution import check_amplitude_resolution
-from softmark.interpreter.validation.dynamic_contact_checks import asked
-from softmark.interpreter.validation.reference_checks import comparisons
-from softmark.interpreter.validation.refinement_checks import doubts as doubts_of_refined
+from softmark.interpreter.validation.dynamic_contact_checks import metric_faults
+from softmark.interpreter.validation.reference_checks import check_comparisons
+from softmark.interpreter.validation.refinement_checks import check_refinements as doubts_of_refined
 from softmark.interpreter.vocabulary.analysis_words import Dynamic
 from softmark.interpreter.vocabulary.load_words import LineForce, PointLoad
 from softmark.interpreter.vocabulary.probe_words import Nodes
@@ -40,7 +39,7 @@ from softmark.references.published_values import GivenValues
 def check(scene: Scene, complete: bool = True) -> list[Diagnostic]:
     """Return all errors and warnings of a scene; for one that is not `complete`, those of its valid parts."""
     found: list[Diagnostic] = [*state_checks.faults(scene), *_given_values(scene)] if complete else []
-    where = state_checks.widest(scene)
+    where = state_checks.state_of_largest_load(scene)
     for test in LOCAL + (WHOLE if complete else ()):
         found += test(where, found)
     if where is not scene and complete:
@@ -52,7 +51,7 @@ Found = list[Diagnostic]  # by the checks before
 
 
 def _has_error(declared: Declared, found: Found) -> bool:
-    """Whether a declaration is in error already, so that what follows from it is not worth saying."""
+    """Return whether a declaration already has an error, so that its consequences are not reported."""
     return any(d.severity == "error" and declared.contains(d) for d in found)
 
 
@@ -60,7 +59,6 @@ def _has_error(declared: Declared, found: Found) -> bool:
 
 
 def _one_analysis(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that there is at most one analysis."""
     for extra in list(scene.of_kind("analysis").values())[1:]:
         yield diagnostic("E222", extra.at(), "a scene has one analysis, this is another",
                          "the second analysis",
@@ -112,8 +110,8 @@ def _shapes(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _plane(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check plane regions and plane bodies, and actions across their plane."""
     yield from plane_body_checks.shapes(scene)
-    yield from plane_body_checks.selecting(scene)
-    yield from plane_body_checks.acting(scene)
+    yield from plane_body_checks.check_conditions(scene)
+    yield from plane_body_checks.check_actions(scene)
 
 
 def _symmetric(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -147,9 +145,9 @@ def _places(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         outside = {field: point for field, point in reversed(points) if not shape.contains(point)}
         bare: str | None = ""
         if outside and all(map(shape.hollow_at, outside.values())):
-            from softmark.interpreter.validation.hollow_section_checks import refusal
+            from softmark.interpreter.validation.hollow_section_checks import axis_point_refusal
 
-            bare = refusal(scene, declared)
+            bare = axis_point_refusal(scene, declared)
         for field, point in reversed(outside.items()) if bare is not None else ():
             does = "acts at" if declared.kind == "load" else "looks at"
             where = units.format_vector(point, units.LENGTH)
@@ -209,7 +207,6 @@ def _cases(scene: Scene, kind: str) -> Iterator[tuple[Declared, Case]]:
 
 
 def _held(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    """Check that supports hold each body."""
     cases = [case for _, case in _cases(scene, "model") if not isinstance(case.analysis, Dynamic)]
     loose = {case.body.name: case for case in cases if not (case.named_supports or case.beds or case.contacts)}
     for case in loose.values():
@@ -261,11 +258,8 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
         if unfit:
             continue
         blamed = [d for d in (*case.supports, *case.loads) if _has_error(d, found)]
-        for doubt in (
-            *model.thing.doubts(model, case),
-            *disturbed(scene, model, case),
-            *_check_in_scene(scene, model, case),
-        ):
+        own = (*model.thing.doubts(model, case), *disturbed(scene, model, case))
+        for doubt in (*own, *_check_in_scene(scene, model, case)):
             if any(d.contains(doubt) for d in blamed):
                 continue
             key = (doubt.code, doubt.source, doubt.span, doubt.label, doubt.help)
@@ -277,7 +271,7 @@ def _models(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Of a network and a model or reference of other bodies."""
+    """Check that models and references of networks support networks."""
     if case.shape.wired and not getattr(worker.thing, "wired", False):
         from softmark.interpreter.validation import frame_checks
 
@@ -285,7 +279,7 @@ def _check_network(worker: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
-    """Of a material that knows directions, and a model that does not."""
+    """Check that a model supports a material with directions."""
     if any(getattr(material, "directed", False) for material in (*case.materials, case.body.thing.material)):
         from softmark.interpreter.problem import anisotropy_limits
 
@@ -293,7 +287,7 @@ def _check_anisotropy(model: Declared, case: Case) -> Iterator[Diagnostic]:
 
 
 def _check_in_scene(scene: Scene, model: Declared, case: Case) -> list[Diagnostic]:
-    """Doubts of a model that must know the scene: what it is fitted to."""
+    """Return errors of a model that depends on the scene, such as the data it is fitted to."""
     doubts: list[Diagnostic] = model.thing.scene_doubts(scene, model, case)
     return doubts
 
@@ -319,11 +313,11 @@ def _references(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _metrics(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Check that a metric compares its probe with a reference of the same body, and supports plane bodies."""
     yield from plane_body_checks.metrics(scene)
-    yield from asked(scene)
+    yield from metric_faults(scene)
     if any(body.thing.shape.wired for body in scene.of_kind("body").values()):
         from softmark.interpreter.validation import frame_checks
 
-        yield from frame_checks.seen(scene)
+        yield from frame_checks.check_metrics_and_probes(scene)
     for metric in scene.of_kind("metric").values():
         against = metric.thing.measured_from
         if against is None:
@@ -379,7 +373,7 @@ def _count(number: int, what: str) -> str:
 
 
 def _comparisons(scene: Scene, found: Found) -> Iterator[Diagnostic]:
-    yield from comparisons(scene)
+    yield from check_comparisons(scene)
 
 
 def _curves(scene: Scene, found: Found) -> Iterator[Diagnostic]:
@@ -436,7 +430,7 @@ def _touched(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 
 
 def _compared_body(scene: Scene, metric: str) -> str | None:
-    """The body whose points a metric compares."""
+    """Return the body whose points a metric compares."""
     body: str | None = scene.declared[metric].thing.body_in(scene)
     return body
 
@@ -461,8 +455,8 @@ def _regions(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     if scene.of_kind("region"):
         from softmark.interpreter.validation import region_checks
 
-        named = (region_checks.foreign, region_checks.unnamed, region_checks.idle)
-        for ask in (*named, region_checks.overlaps, region_checks.untaken):
+        named = (region_checks.check_owners, region_checks.check_groups, region_checks.check_order)
+        for ask in (*named, region_checks.check_overlaps, region_checks.check_models):
             yield from ask(scene)
 
 
@@ -486,8 +480,8 @@ def _directed(scene: Scene, found: Found) -> Iterator[Diagnostic]:
 def _use(scene: Scene, found: Found) -> Iterator[Diagnostic]:
     """Report declarations that nothing uses, if the scene has no other errors."""
     if not any(d.severity == "error" for d in found):
-        yield from value_warnings.idle(scene)
-        yield from value_warnings.unused(scene)
+        yield from value_warnings.find_idle_models(scene)
+        yield from value_warnings.find_unused_names(scene)
 
 
 Check = Callable[[Scene, Found], Iterator[Diagnostic]]
@@ -500,7 +494,7 @@ WHOLE: tuple[Check, ...] = (
 )  # fmt: skip
 
 
-def varied(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
+def apply_overrides(scene: Scene, more: Sequence[Override]) -> tuple[Scene, list[Diagnostic]]:
     """Return a valid scene with further overrides, and all its diagnostics; its studies are not checked."""
     other, diagnostics = recompile(scene, more)
     if check not in other.known:

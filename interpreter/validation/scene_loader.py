@@ -9,11 +9,11 @@ from pathlib import Path
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.validation.constructor_registry import compile_source
-from softmark.interpreter.validation.requested_names import needed
+from softmark.interpreter.validation.requested_names import needed_models
 from softmark.interpreter.validation.scene_checks import check
 
 
-def checked(
+def load_scene(
     source: Source,
     folder: Path,
     file: Path | None,
@@ -27,14 +27,14 @@ def checked(
     installed ones, whose words it may use.
     """
     scene, diagnostics = compile_source(source, folder, file, overrides, plugins)
-    return looked_at(scene, diagnostics, only)
+    return check_scene(scene, diagnostics, only)
 
 
-def looked_at(
+def check_scene(
     scene: Scene, diagnostics: list[Diagnostic], only: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
     """Check a compiled scene; its list of diagnostics grows by what is found here."""
-    scene = replace(scene, chosen=needed(scene, only))
+    scene = replace(scene, chosen=needed_models(scene, only))
     complete = not any(d.severity == "error" for d in diagnostics)
     diagnostics += check(scene, complete)
     if scene.of_kind("study") and not any(d.severity == "error" for d in diagnostics):

@@ -29,7 +29,7 @@ BEYOND = 1e-9  # of its duration: what is as near to its end is at its end
 SOME = "`analysis press = static(states = [5, 12.5, 18.25] %)`"
 
 
-def widest(scene: Scene) -> Scene:
+def state_of_largest_load(scene: Scene) -> Scene:
     """Return the scene in the state with the largest loads, in which errors of size show.
 
     Without states, loads and supports that depend on a state act in full.
@@ -43,7 +43,7 @@ def widest(scene: Scene) -> Scene:
 
 
 def _state_factor(scene: Scene, state: float) -> float:
-    """How far a state drives loads and supports: at a time, the largest share that a course has reached."""
+    """Return the factor of loads in a state; for a time, the largest share that an amplitude has reached."""
     if not isinstance(state, Moment):
         return abs(state)
     moved = (d.thing.course for d in find_time_dependent(scene))
@@ -55,12 +55,12 @@ def _state_factor(scene: Scene, state: float) -> float:
 
 
 def _has_times(scene: Scene) -> bool:
-    """Whether its states are times."""
+    """Return whether the states are times."""
     return any(isinstance(a.thing, Quasistatic) for a in scene.of_kind("analysis").values())
 
 
 def _state_driven(scene: Scene) -> list[Declared]:
-    """Those with the course of a state."""
+    """Return the loads and supports whose amplitude is the state."""
     return [d for d in find_time_dependent(scene) if isinstance(d.thing.course, State)]
 
 
@@ -73,16 +73,16 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
         return
     states = states_of(scene)
     if scene.of_kind("contact"):
-        from softmark.interpreter.validation.friction_checks import turned
+        from softmark.interpreter.validation.friction_checks import check_rotations
 
-        yield from turned(scene)
+        yield from check_rotations(scene)
     yield from _number(scene, states)
     yield from _muscles(scene, states)
     yield from _loops(scene, states)
     if scene.of_kind("contact"):
         from softmark.interpreter.validation import friction_checks
 
-        yield from friction_checks.turned(scene)
+        yield from friction_checks.check_rotations(scene)
     driven = _state_driven(scene)
     tables = [r for r in scene.of_kind("reference").values() if r.value("states") is not None]
     if any(a.value("states") is not None and not states for a in scene.of_kind("analysis").values()):
@@ -123,7 +123,7 @@ def _muscles(scene: Scene, states: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 
 def _amplitude_range(scene: Scene, course: Any, states: tuple[float, ...]) -> tuple[float, float]:
-    """The least and the largest share of a course in an analysis, 0 among them; of a table that cannot be read, 0."""
+    """Return the least and largest share of an amplitude in an analysis, including 0; 0 for an unreadable table."""
     if isinstance(course, State):
         return min(states, default=0.0), max(states, default=0.0)
     if isinstance(course, Sine):
@@ -162,7 +162,8 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
     if times and times[-1] > thing.duration * (1.0 + BEYOND):
         yield diagnostic("E361", analysis.at("times"), f"`{analysis.name}` ends before the last of its times",
                          f"at {units.format_value(thing.duration, units.TIME)}",
-                         f"follow it up to {units.format_value(times[-1], units.TIME)}, or measure earlier")  # fmt: skip
+                         f"follow it up to {units.format_value(times[-1], units.TIME)}, or measure"
+                         " earlier")  # fmt: skip
     if (count := thing.duration / thing.step) > STEPS:
         yield diagnostic("E361", analysis.at("step"), f"`{analysis.name}` takes {count:.2g} steps",
                          f"more than {STEPS}", "every step is an equilibrium: take longer ones")  # fmt: skip
@@ -171,7 +172,7 @@ def _times(scene: Scene, times: tuple[float, ...]) -> Iterator[Diagnostic]:
 
 
 def _table_error(scene: Scene, duration: float) -> Diagnostic | None:
-    """A table that a load or support cannot follow."""
+    """Return the error for a table that a load or support cannot follow."""
     return next((wrong for d in find_time_dependent(scene) if (wrong := table_fault(d, duration)) is not None), None)
 
 
@@ -222,7 +223,7 @@ def _measured_once(reference: Declared) -> bool:
 
 
 def _single_state_error(reference: Declared) -> Diagnostic:
-    """A measurement of one state cannot be the truth in others."""
+    """Return the error for a measurement of one state used in others."""
     help = "leave one state in the analysis, or give what was measured a scene of its own that has that state alone"
     if isinstance(reference.thing, TrackedPoints):
         help = "say which state of the table belongs to each of the analysis: `states = [1, 2, 3]`"
@@ -232,7 +233,7 @@ def _single_state_error(reference: Declared) -> Diagnostic:
 
 
 def _loop_error(metric: Declared, states: tuple[float, ...]) -> Diagnostic | None:
-    """States that do not go one way and back again have no loop."""
+    """Return the error for states that do not load and unload."""
     turn = max(range(len(states)), key=lambda i: abs(states[i] - states[0]), default=0)
     sides = [states[: turn + 1], states[turn:]]
     falls = turn > 0 and states[turn] < states[0]

@@ -14,7 +14,7 @@ from softmark.interpreter.language.message_builder import diagnostic
 from softmark.interpreter.language.sweep_values import SweepTarget, Variant
 from softmark.interpreter.planning import robustness_plan
 from softmark.interpreter.planning.sweep_expansion import chain, override_of, value_in
-from softmark.interpreter.validation.scene_checks import varied
+from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.interpreter.vocabulary.study_words import Convergence, Stability, Sweep
 from softmark.records import dataclass
 
@@ -46,7 +46,7 @@ def check(scene: Scene) -> Iterator[Diagnostic]:
 
 @dataclass(frozen=True)
 class _TriedValue:
-    """A value of a sweep in its place: the number that it is there, SI, and the errors of the scene with it."""
+    """One value of a sweep: the resulting number, SI, and the errors of the scene with it."""
 
     variant: Variant
     number: float | None
@@ -54,7 +54,7 @@ class _TriedValue:
 
 
 def _pick_values(over: Sequence[Variant], most: int) -> Sequence[Variant]:
-    """All values, or as many as may be tried, the first and the last among them; a comparison looks at the others."""
+    """Return all values, or as many as may be tried including both ends; a comparison checks the others."""
     if len(over) <= most:
         return over
     return [over[round(i * (len(over) - 1) / (most - 1))] for i in range(most)]
@@ -62,7 +62,7 @@ def _pick_values(over: Sequence[Variant], most: int) -> Sequence[Variant]:
 
 def _try(scene: Scene, sweep: Sweep, variant: Variant) -> _TriedValue:
     """Compile the scene with one value of a sweep."""
-    other, diagnostics = varied(scene, [override_of(sweep, variant)])
+    other, diagnostics = apply_overrides(scene, [override_of(sweep, variant)])
     return _TriedValue(variant, value_in(other, sweep.target.name), [d for d in diagnostics if d.severity == "error"])
 
 
@@ -105,7 +105,7 @@ def _consequence(name: str, variant: Variant, error: Diagnostic) -> Diagnostic:
 def _check_sweep_user(
     scene: Scene, study: Declared, tried: Mapping[str, Sequence[_TriedValue]]
 ) -> Iterator[Diagnostic]:
-    """A convergence or a front of something that is no sweep, or of one that cannot be asked."""
+    """Check that a convergence study or Pareto front refers to a usable sweep."""
     if study.thing.over is None:
         return
     found = list(_is_sweep(scene, study, "over"))

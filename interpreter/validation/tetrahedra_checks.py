@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FIT = " or ".join(f"`{name}`" for name, element in ELEMENTS.items() if element.family == Tetrahedron.family)
 
 
-def enclosed(model: Declared, case: Case, shape: SurfaceBody) -> Diagnostic | None:
+def check_filled_surface(model: Declared, case: Case, shape: SurfaceBody) -> Diagnostic | None:
     """Return the error for elements that cannot fill a surface."""
     kind = _hexahedral_element(model)
     if not kind:
@@ -29,7 +29,7 @@ def enclosed(model: Declared, case: Case, shape: SurfaceBody) -> Diagnostic | No
                       "tetrahedra only", f"take {FIT}; tet10 does not lock as tet4 does")  # fmt: skip
 
 
-def unmeshed(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
+def check_hexahedral_mesh(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
     """Return the error for hexahedra of a shape without a hexahedral mesh."""
     kind = _hexahedral_element(model)
     if not kind:
@@ -39,6 +39,6 @@ def unmeshed(model: Declared, case: Case, shape: Shape) -> Diagnostic | None:
 
 
 def _hexahedral_element(model: Declared) -> str:
-    """The solid element of a model that is no tetrahedron, "" where it is one."""
+    """Return the solid element of a model if it is no tetrahedron, else ""."""
     kind: str = model.thing.mesh_key()[0]
     return kind if kind in ELEMENTS and element_of(kind).family != Tetrahedron.family else ""

@@ -36,7 +36,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
             yield from refused
     for metric in scene.of_kind("metric").values():
         if isinstance(metric.thing, ErrorOfValue) and metric.thing.against not in wrong:
-            yield from (refused := [*_held(scene, metric)])
+            yield from (refused := [*_check_metric(scene, metric)])
             blamed |= {metric.thing.against} if refused else set()
     yield from (d for name, d in doubts if name not in blamed)
 
@@ -45,7 +45,7 @@ def faults(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_uncertainties(reference: Declared) -> Iterator[Diagnostic]:
-    """What says how far values may be off: of another dimension, no share of one, or of another number of values."""
+    """Check that uncertainties have the dimension of the values, or are shares, and are as many."""
     if not reference.thing.source_.strip():
         word = reference.constructor.name
         yield diagnostic("E206", reference.at("source"), f"`{word}` needs `source`", "nobody says so",
@@ -95,7 +95,7 @@ def _band(reference: Declared) -> Diagnostic | None:
 
 
 def _check_band(reference: Declared) -> Iterator[Diagnostic]:
-    """A band in which the value does not lie, or that has no width; one so wide that it says nothing."""
+    """Check that a band contains the value, has a width, and is not so wide that it means nothing."""
     name, dimension = reference.name, reference.thing.values.dimension
     agreed = isinstance(reference.thing, Consensus)
     for known in reference.thing.each:
@@ -151,7 +151,7 @@ def _count(number: int, what: str) -> str:
 # ------------------------------------------------------------------ what is held against them
 
 
-def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
+def _check_metric(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
     """Check that the metric has no reference of its own and the dimension of the values, none of which is zero."""
     thing, of = metric.thing, scene.declared[metric.thing.of]
     reference = scene.declared[thing.against]
@@ -177,7 +177,7 @@ def _held(scene: Scene, metric: Declared) -> Iterator[Diagnostic]:
 
 
 def _check_divisor(metric: Declared, reference: Declared) -> Iterator[Diagnostic]:
-    """What the difference is relative to must not be zero."""
+    """Check that the divisor of the difference is not zero."""
     by_value = metric.thing.relative_to == "value"
     sizes = [known.value if by_value else min(known.sides) for known in reference.thing.each]
     if all(sizes):

@@ -116,7 +116,7 @@ def _dashpots(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _predetermined(scene: Scene) -> Iterator[Diagnostic]:
-    """Expectations that are met or not before anything is computed."""
+    """Warn about expectations whose result is known before anything is computed."""
     for expectation in scene.expectations:
         # a name with a dot is a metric of a model, be the model in error or not, or a parameter of a used scene
         names = (n.text for n, _ in tree.walk(expectation.node) if isinstance(n, tree.Name) and n.parts[1:])
@@ -149,7 +149,7 @@ def _courses(scene: Scene) -> Iterator[Diagnostic]:
 
 
 def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
-    """Of a half, only modes that are symmetric can be found; another may be the slowest."""
+    """Warn that a half model only has symmetric modes; another mode may be the slowest."""
     mirrors = [s for s in scene.of_kind("support").values() if isinstance(s.thing, Symmetric)]
     for metric in scene.of_kind("metric").values():
         own = [s.name for s in mirrors if isinstance(metric.thing, Frequency) and s.thing.body == metric.thing.body]
@@ -160,7 +160,7 @@ def _check_half_models(scene: Scene) -> Iterator[Diagnostic]:
                              "model the whole body, as the half has no others")  # fmt: skip
 
 
-def idle(scene: Scene) -> Iterator[Diagnostic]:
+def find_idle_models(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about models that no question is about."""
     asked = find_needed(scene)
     for name, model in scene.of_kind("model").items():
@@ -170,7 +170,7 @@ def idle(scene: Scene) -> Iterator[Diagnostic]:
                              "add a probe, a metric or an expectation of its body")  # fmt: skip
 
 
-def unused(scene: Scene) -> Iterator[Diagnostic]:
+def find_unused_names(scene: Scene) -> Iterator[Diagnostic]:
     """Warn about names that nothing refers to, in a scene with questions; a scene without is a library of names."""
     if not any(scene.of_kind(kind) for kind in ("model", "reference")):
         return

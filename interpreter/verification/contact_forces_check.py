@@ -29,7 +29,7 @@ from softmark.solvers.independent_forces import (
     rigid_contact_forces,
     solid_forces,
 )
-from softmark.solvers.independent_forces.rigid_friction_forces import taken
+from softmark.solvers.independent_forces.rigid_friction_forces import move_points
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats, Ints
 from softmark.solvers.mesh.boolean_shapes import Difference, Intersection, Union
 from softmark.solvers.mesh.extruded_shapes import Extruded
@@ -136,11 +136,11 @@ def _swallowed(case: Case, touch: Touch, mesh: Moved, u: Floats) -> bool:
     if gap is None or gap.centroid is None:
         return False
     look, inside = _where(touch), _matter(case, mesh, u)
-    middle = _flat(case, taken(np.array([gap.centroid]), *motion(touch)))
+    middle = _flat(case, move_points(np.array([gap.centroid]), *motion(touch)))
     if _asked(look, middle)[0][0] < 0.0:
         return inside(middle[0])
     low, high = _ends(touch)
-    places = point_in_deformed_body.skin(partial(_asked, look), low, high, bool(case.planar))
+    places = point_in_deformed_body.sample_surface(partial(_asked, look), low, high, bool(case.planar))
     if case.depth:  # of both sides of the axis one
         places[:, 0] = np.abs(places[:, 0])
     return bool(len(places)) and all(map(inside, places))
@@ -154,8 +154,8 @@ def _matter(case: Case, mesh: Moved, u: Floats) -> Callable[[Floats], bool]:
         facets = facets[z[facets].max(axis=1) < 0.5 * (z.min() + z.max())]
     triangles = x[facets[:, np.array(FACETS[facets.shape[1]].triangles)].reshape(-1, 3)]
     if case.planar:
-        return lambda p: point_in_deformed_body.in_plane(p[:2], triangles[..., :2])
-    return lambda p: point_in_deformed_body.in_space(p, triangles)
+        return lambda p: point_in_deformed_body.is_inside_region(p[:2], triangles[..., :2])
+    return lambda p: point_in_deformed_body.is_inside_volume(p, triangles)
 
 
 def _ends(touch: Touch) -> tuple[Floats, Floats]:
@@ -164,7 +164,7 @@ def _ends(touch: Touch) -> tuple[Floats, Floats]:
     if (ends := shape.bounds) is None:
         points = shape.surface(0.0)[0]
         ends = points.min(axis=0), points.max(axis=0)
-    corners = taken(np.array(list(product(*zip(*ends, strict=True)))), *motion(touch))
+    corners = move_points(np.array(list(product(*zip(*ends, strict=True)))), *motion(touch))
     return corners.min(axis=0), corners.max(axis=0)
 
 
@@ -181,7 +181,7 @@ def _seen(case: Case, touch: Touch, mesh: Moved, u: Floats) -> dict[str, Any]:
     triangles = np.array(kind.rim)[np.array(kind.halves)]
     convex = bool(touch.rigid.thing.shape.convex)
     try:
-        deep, place = penetration_depth.deepest(
+        deep, place = penetration_depth.find_deepest_point(
             look, x[near], partial(solid_forces.shape, facets.shape[1]), triangles, convex
         )
     except ValueError as many:
@@ -235,7 +235,7 @@ def _before_planes(
     joined: AddedContactPoints, touch: Touch, x: Floats, g: Floats, n: Floats, near: float
 ) -> tuple[Floats, Floats]:
     """Gaps and normals with those of points that have joined to their planes: of such as are at the body in truth."""
-    c, ends = (taken(points, *motion(touch)) for points in (joined.c, joined.c + joined.n))
+    c, ends = (move_points(points, *motion(touch)) for points in (joined.c, joined.c + joined.n))
     new = slice(len(g) - len(c), None)
     g, n, own = g.copy(), n.copy(), ((x[new] - c) * (ends - c)).sum(axis=1)
     g[new], n[new] = np.where(np.abs(g[new]) < near, own, np.inf), ends - c
@@ -250,7 +250,7 @@ def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, 
     kind, still = facets.shape[1], _still(case, mesh)
     if not (steps := inner_steps(case, touch, mesh.points, facets)):
         triangles = facets[:, np.array(FACETS[kind].triangles)].reshape(-1, 3)
-        area = rigid_contact_forces.shares(mesh.points, triangles, case.depth)
+        area = rigid_contact_forces.nodal_areas(mesh.points, triangles, case.depth)
         nodes = np.setdiff1d(np.flatnonzero(area > 0.0), still)
         return nodes[:, None], np.ones((len(nodes), 1)), area[nodes]
     xi = FACETS[kind].lattice(steps)
@@ -258,7 +258,7 @@ def _points(case: Case, touch: Touch, mesh: Moved, facets: Ints) -> tuple[Ints, 
     X = np.einsum("la,fai->fli", N, mesh.points[facets]).reshape(-1, 3)
     each = (len(xi) * np.arange(len(facets))[:, None, None] + split).reshape(-1, 3)
     free = (np.abs(N) > ROUND) @ ~np.isin(facets, still).T
-    A = rigid_contact_forces.shares(X, each, case.depth) * free.T.ravel()
+    A = rigid_contact_forces.nodal_areas(X, each, case.depth) * free.T.ravel()
     return np.repeat(facets, len(xi), axis=0), np.tile(N, (len(facets), 1)), A
 
 
@@ -303,7 +303,7 @@ def _facets(case: Case, touch: Touch, mesh: Moved) -> Ints:
 
 def _where(touch: Touch) -> rigid_contact_forces.Distance:
     """The distance to a rigid body where supports have taken it: turned, and then shifted. Raises Unchecked."""
-    return rigid_contact_forces.carried(_distance(touch.rigid.thing.shape), *motion(touch))
+    return rigid_contact_forces.moved(_distance(touch.rigid.thing.shape), *motion(touch))
 
 
 def _distance(shape: Shape) -> rigid_contact_forces.Distance:
@@ -345,7 +345,7 @@ def _cone(shape: Any) -> rigid_contact_forces.Distance:
 
 
 def _around(shape: Any, corners: Any, rounding: float = 0.0) -> rigid_contact_forces.Distance:
-    return rigid_contact_forces.turned(
+    return rigid_contact_forces.revolved(
         rigid_contact_forces.polygon(corners, rounding, mirrored=True), shape.origin, shape.axis
     )
 

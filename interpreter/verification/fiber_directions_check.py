@@ -17,8 +17,8 @@ from softmark.interpreter.verification.heterogeneous_constants_check import valu
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.interpreter.vocabulary.fiber_words import Helix
 from softmark.solvers.independent_forces import fiber_axes_by_differences
-from softmark.solvers.independent_forces.heterogeneous_forces import VaryingPressed
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, Split, split_of
+from softmark.solvers.independent_forces.heterogeneous_forces import HeterogeneousMixedBody
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, SplitLaw, split_law
 from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, Stress, StressTerm
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 from softmark.solvers.materials.active_strain import ActiveStrain
@@ -88,23 +88,23 @@ def body_of(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules:
     stiff = 6.0 * material.shear_modulus + 9.0 * abs(material.lame_lambda)
 
     def at(X: Floats) -> Stress:
-        return EnergyStress(fiber_axes_by_differences.energy_of(material, axes(X), material.bulk))
+        return EnergyStress(fiber_axes_by_differences.energy_along_axes(material, axes(X), material.bulk))
 
-    return fiber_axes_by_differences.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
+    return fiber_axes_by_differences.AnisotropicBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
 
 
 def pressed_of(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any = None
-) -> Pressed:
+) -> MixedBody:
     """The same with pressures. Raises Unchecked."""
     if isinstance(case.material, ActiveStrain):
         return _short_pressed(case, points, cells, kind, u, pressures, rules)
     material: Any = case.material
     axes, mu = axes_of(material), material.shear_modulus
-    anywhere = fiber_axes_by_differences.split_of(material, np.eye(3)[None])
-    return VaryingPressed(
+    anywhere = fiber_axes_by_differences.split_off_pressure(material, np.eye(3)[None])
+    return HeterogeneousMixedBody(
         points, cells, kind, u, anywhere, mu, pressures, case.depth, rules,
-        apart=lambda X: fiber_axes_by_differences.split_of(material, axes(X)),
+        apart=lambda X: fiber_axes_by_differences.split_off_pressure(material, axes(X)),
     )  # fmt: skip
 
 
@@ -115,36 +115,36 @@ def _short(case: Case, points: Floats, cells: Any, kind: str, u: Floats, rules: 
 
     def at(X: Floats) -> Stress:
         psi = (
-            fiber_axes_by_differences.energy_of(law, axes_of(law)(X), law.bulk)
+            fiber_axes_by_differences.energy_along_axes(law, axes_of(law)(X), law.bulk)
             if _directed(law)
             else law.finite_law().psi
         )
         return EnergyStress(
-            fiber_axes_by_differences.shortened(psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+            fiber_axes_by_differences.energy_with_shortening(psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
         )
 
     stiff = 6.0 * law.shear_modulus + 9.0 * abs(law.lame_lambda)
-    return fiber_axes_by_differences.DirectedBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
+    return fiber_axes_by_differences.AnisotropicBody(points, cells, kind, u, TERM, stiff, False, case.depth, rules, at)
 
 
 def _short_pressed(
     case: Case, points: Floats, cells: Any, kind: str, u: Floats, pressures: Floats | None, rules: Any
-) -> Pressed:
+) -> MixedBody:
     """The same with pressures: what these take is one of the volume, which shortening keeps. Raises Unchecked."""
     muscle: Any = case.material
     law = muscle.law
-    plain = None if _directed(law) else split_of(law, "finite", law.young, law.poisson)
+    plain = None if _directed(law) else split_law(law, "finite", law.young, law.poisson)
     if plain is None and not _directed(law):
         raise Unchecked(f"a {type(law).__name__} does not come apart into shape and volume")
 
-    def apart(X: Floats) -> Split:
-        split = fiber_axes_by_differences.split_of(law, axes_of(law)(X)) if plain is None else plain
+    def apart(X: Floats) -> SplitLaw:
+        split = fiber_axes_by_differences.split_off_pressure(law, axes_of(law)(X)) if plain is None else plain
         of: Any = split.shape
-        psi = fiber_axes_by_differences.shortened(of.psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
+        psi = fiber_axes_by_differences.energy_with_shortening(of.psi, values(muscle.shortening, X), vectors(muscle.fibres, X)[0])
         return replace(split, shape=EnergyStress(psi))
 
-    some = plain or fiber_axes_by_differences.split_of(law, np.eye(3)[None])
-    return VaryingPressed(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, rules, apart=apart)
+    some = plain or fiber_axes_by_differences.split_off_pressure(law, np.eye(3)[None])
+    return HeterogeneousMixedBody(points, cells, kind, u, some, law.shear_modulus, pressures, case.depth, rules, apart=apart)
 
 
 def _directed(law: Any) -> bool:
@@ -165,7 +165,7 @@ def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
             cells, at = mesh.cells[which], _pulling(muscle)
             most = float(abs(values(muscle.tension, mesh.points[cells].reshape(-1, 3))).max(initial=0.0))
             rules = own_points(own, mesh.mesh, which, False)
-            body = fiber_axes_by_differences.DirectedBody(
+            body = fiber_axes_by_differences.AnisotropicBody(
                 mesh.points, cells, mesh.kind, u, TERM, most, False, case.depth, rules, at
             )
             found -= body.forces(cells)[0]
@@ -174,4 +174,4 @@ def pulls(case: Case, mesh: Moved, u: Floats) -> Floats:
 
 def _pulling(muscle: Any) -> Callable[[Floats], Stress]:
     """The stress of its tension at points."""
-    return lambda X: fiber_axes_by_differences.pull_of(values(muscle.tension, X), vectors(muscle.fibres, X)[0])
+    return lambda X: fiber_axes_by_differences.active_stress(values(muscle.tension, X), vectors(muscle.fibres, X)[0])

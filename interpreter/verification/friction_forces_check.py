@@ -26,10 +26,10 @@ def rubbed(
     own = mesh.rubbed.get(touch.name)
     if own is None or own.points is None:
         raise Unchecked(f"what the friction of `{touch.name}` remembers is not known")
-    which = rigid_friction_forces.numbers(*points, own.points.of, own.points.shares)
+    which = rigid_friction_forces.match_points(*points, own.points.of, own.points.shares)
     if np.any((which < 0) & (p > 0.0)):
         raise Unchecked(f"`{touch.name}` presses where its friction remembers nothing")
-    held = rigid_friction_forces.taken(own.anchors[which], *motion(touch))
+    held = rigid_friction_forces.move_points(own.anchors[which], *motion(touch))
     if flat:
         held = held * (1.0, 1.0, 0.0)
-    return rigid_friction_forces.traction(x, held, n, touch.thing.friction * p, spring)
+    return rigid_friction_forces.friction_traction(x, held, n, touch.thing.friction * p, spring)

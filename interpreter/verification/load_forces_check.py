@@ -255,7 +255,7 @@ class FacetSweep:
         told = np.zeros(n, dtype=np.int64)
         if not n:
             return told
-        places = solid_forces.places(self.corners.shape[1])
+        places = solid_forces.node_positions(self.corners.shape[1])
         X = np.array(self._places(np.arange(n), np.broadcast_to(self._lattice(5, places), (n, 25 + len(places), 2))))
         low, high = X.min(axis=1).T, X.max(axis=1).T  # (f, 3)
         beyond = MARGIN * np.linalg.norm(high - low, axis=1, keepdims=True)

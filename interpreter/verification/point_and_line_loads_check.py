@@ -62,8 +62,8 @@ def _within_cells(mesh: Mesh, X: Floats) -> tuple[Ints, Floats]:
     """
     place = locate_points(mesh, X)
     corners, kind, N = mesh.points[place.nodes], mesh.kind, place.N.copy()
-    low, high = solid_forces.places(kind).min(axis=0), solid_forces.places(kind).max(axis=0)
-    xi = np.tile(solid_forces.places(kind).mean(axis=0), (len(X), 1))
+    low, high = solid_forces.node_positions(kind).min(axis=0), solid_forces.node_positions(kind).max(axis=0)
+    xi = np.tile(solid_forces.node_positions(kind).mean(axis=0), (len(X), 1))
     for _ in range(NEWTON):
         left = X - np.einsum("na,nai->ni", solid_forces.shape(kind, xi), corners)
         J = np.einsum("nai,naj->nij", corners, solid_forces.slope(kind, xi))

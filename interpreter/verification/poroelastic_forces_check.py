@@ -14,7 +14,7 @@ from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.problem.group_conditions import apart, of_facets
 from softmark.interpreter.verification.cell_materials_check import INWARD
 from softmark.interpreter.verification.unverified_models import Unchecked
-from softmark.solvers.independent_forces.poroelastic_equations import Soaked
+from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody
 from softmark.solvers.independent_forces.solid_forces import EPS, Floats
 
 IMPOSED = 1e-9  # of the largest pressure: what rounding leaves of those that are imposed
@@ -39,10 +39,10 @@ def fluid_of(case: Case, mesh: Moved, u: Floats, small: bool) -> tuple[Floats, f
         found: Floats = k0 * ((J - s) / (1.0 - s)) ** n * np.exp(M * (J * J - 1.0) / 2.0)
         return found
 
-    own = Soaked(mesh.points, mesh.cells, mesh.kind, -mesh.pressures, permeable, small, case.depth)
+    own = PoroelasticBody(mesh.points, mesh.cells, mesh.kind, -mesh.pressures, permeable, small, case.depth)
     f, noise = own.forces(u)
     try:
-        amiss = own.amiss(past.times, past.states)
+        amiss = own.stage_residual(past.times, past.states)
     except ValueError as reason:
         raise Unchecked(str(reason)) from reason
     amiss[held(case, mesh)] = 0.0

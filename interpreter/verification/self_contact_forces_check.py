@@ -61,9 +61,9 @@ def _pressed(pressing: Any, u: Floats) -> Floats:
     skin = pressing.skin
     V = skin.places(u)
     p, x = V[skin.corners :], V[: skin.corners]
-    pairs = deformable_friction_forces.near(p, x, skin.faces, pressing.distance)
+    pairs = deformable_friction_forces.find_candidate_pairs(p, x, skin.faces, pressing.distance)
     pairs = pairs[_other(skin, pairs[:, 0], pairs[:, 1], pressing.alone)]
-    f, back = deformable_friction_forces.pressed(
+    f, back = deformable_friction_forces.contact_forces(
         p, x, skin.faces, pairs, 0.5 * skin.A, pressing.distance, pressing.stiffness
     )
     found: Floats = skin.M.T @ np.concatenate([back, f]).ravel()
@@ -99,8 +99,8 @@ def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: 
         A = w * np.linalg.norm(n, axis=1)
         n /= np.linalg.norm(n, axis=1, keepdims=True)
         A = A * (2.0 * np.pi * X[:, 0] / depth if depth else 1.0)
-        pairs = deformable_friction_forces.near(X, points, triangles, reach)
-        foot = deformable_friction_forces.feet(X[pairs[:, 0]], points[triangles[pairs[:, 1]]])
+        pairs = deformable_friction_forces.find_candidate_pairs(X, points, triangles, reach)
+        foot = deformable_friction_forces.closest_points(X[pairs[:, 0]], points[triangles[pairs[:, 1]]])
         off, m = X[pairs[:, 0]] - foot, n[pairs[:, 0]]
         height = (off * m).sum(axis=1)
         aside = np.linalg.norm(off - height[:, None] * m, axis=1)
@@ -119,7 +119,7 @@ def _across(points: Floats, one: Ints, other: Ints, u: Floats, k: float, reach: 
 def _local(corners: Floats, X: Floats) -> Floats:
     """Local points (p, 2) of points X (p, 3) on facets with nodes at `corners` (p, a, 3), by Gauss-Newton steps."""
     kind = corners.shape[1]
-    xi = np.tile(solid_forces.places(kind).mean(axis=0), (len(X), 1))
+    xi = np.tile(solid_forces.node_positions(kind).mean(axis=0), (len(X), 1))
     for _ in range(NEWTON):
         left = X - np.einsum("pa,pai->pi", solid_forces.shape(kind, xi), corners)
         J = np.einsum("pai,paj->pij", corners, solid_forces.slope(kind, xi))
@@ -138,15 +138,15 @@ def _rubbed(name: str, pair: Any, mesh: Moved, u: Floats) -> Floats:
     which = np.flatnonzero(own.anchors.n.any(axis=1))
     V = skin.places(u)
     p, x = V[skin.corners + which], V[: skin.corners]
-    pairs = deformable_friction_forces.near(p, x, skin.faces, pressing.distance)
+    pairs = deformable_friction_forces.find_candidate_pairs(p, x, skin.faces, pressing.distance)
     pairs = pairs[_other(skin, which[pairs[:, 0]], pairs[:, 1], pressing.alone)]
     area = 0.5 * skin.A[which]
-    N = area[:, None] * deformable_friction_forces.pressures(
+    N = area[:, None] * deformable_friction_forces.contact_pressures(
         p, x, skin.faces, pairs, pressing.distance, pressing.stiffness
     )
     pull = (area * pair.spring)[:, None] * own.anchors.s[which]
     n = deformable_friction_forces.normals(x[skin.faces[skin.own[which]]])
-    f, on = deformable_friction_forces.rubbed(
+    f, on = deformable_friction_forces.friction_forces(
         p, x, skin.faces, pairs, pull, pair.friction * np.abs((n * N).sum(axis=1))
     )
     each = np.zeros_like(V)

@@ -11,7 +11,7 @@ from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case, Touch
 from softmark.interpreter.problem.group_conditions import apart, of_cells, of_facets, of_nodes
 from softmark.interpreter.verification.cell_materials_check import INWARD
-from softmark.solvers.independent_forces.rigid_friction_forces import taken
+from softmark.solvers.independent_forces.rigid_friction_forces import move_points
 
 Floats = NDArray[np.float64]
 PLACED = 1e-6  # of the motion that a support imposes: what may be lacking of it, in single precision too
@@ -56,7 +56,7 @@ def misplaced(case: Case, mesh: Moved) -> tuple[float, str | None]:
         thing = support.thing
         if thing.tracked is not None:
             continue
-        asked = taken(
+        asked = move_points(
             X, np.array(thing.displacement), np.array(thing.rotation), np.array(getattr(thing, "through", X[0]))
         )
         own = held(replace(case, supports=(support,)), mesh)

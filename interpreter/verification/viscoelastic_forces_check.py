@@ -14,15 +14,15 @@ from softmark.interpreter.models.shared.prepared_model import Moved
 from softmark.interpreter.problem.body_case import Case
 from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.solvers.independent_forces import hereditary_integral, solid_forces
-from softmark.solvers.independent_forces.hereditary_integral import Course, Measure, RememberingBody, RememberingPressed
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed
+from softmark.solvers.independent_forces.hereditary_integral import DisplacementHistory, Measure, ViscoelasticBody, ViscoelasticMixedBody
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody
 from softmark.solvers.independent_forces.solid_forces import Floats
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 
 MOST = 2e9  # numbers that a past may be looked through
 
 
-def course_of(case: Case, strain: str, mesh: Moved, points: int) -> Course:
+def course_of(case: Case, strain: str, mesh: Moved, points: int) -> DisplacementHistory:
     """How a body of one material that relaxes came to where it is. Raises Unchecked."""
     material = case.material
     past = getattr(mesh, "past", None)
@@ -31,7 +31,7 @@ def course_of(case: Case, strain: str, mesh: Moved, points: int) -> Course:
     if len(past.times) * points * 9.0 > MOST:
         raise Unchecked(f"its past of {len(past.times)} steps is too long to look through")
     g, tau = (np.array(column) for column in zip(*material.branches, strict=True))
-    return Course(past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth)
+    return DisplacementHistory(past.times, past.states, _part(material, strain), g, tau, _measure(material, strain), case.depth)
 
 
 def _measure(material: Any, strain: str) -> Measure:
@@ -54,9 +54,9 @@ def _part(material: Any, strain: str) -> solid_forces.Stress:
     return EnergyStress(part.psi)
 
 
-def remembering(made: Any, course: Course) -> Any:
+def remembering(made: Any, course: DisplacementHistory) -> Any:
     """A body that is checked, with its past."""
-    cls = RememberingPressed if isinstance(made, Pressed) else RememberingBody
+    cls = ViscoelasticMixedBody if isinstance(made, MixedBody) else ViscoelasticBody
     known = {f.name: getattr(made, f.name) for f in fields(made)}
     return cls(**known, course=course)
 
@@ -78,11 +78,11 @@ def gone_of(material: Any, displacement: Any, strains: Callable[[Any], Floats]) 
     shares, late = (np.array(column) for column in zip(*material.branches, strict=True))
     stretched = sheared = (shares, late)
     if material.of == "shape" and material.poisson < 0.5:
-        stretched = hereditary_integral.of_young(shares, late, material.poisson)
+        stretched = hereditary_integral.series_of_youngs_modulus(shares, late, material.poisson)
     found = np.zeros_like(steps[0])
     for modes, (g, tau) in (([0, 4, 5], stretched), ([1, 2, 3], sheared)):
         left, before = 0.0, np.zeros_like(steps[0])
-        for weight, now in zip(hereditary_integral.weights(times, g, tau), steps, strict=True):
+        for weight, now in zip(hereditary_integral.remaining_fractions(times, g, tau), steps, strict=True):
             left, before = left + weight * (now - before), now
         found[:, modes] = (float(g.sum()) * steps[-1] - left)[:, modes]
     return found

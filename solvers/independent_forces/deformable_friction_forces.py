@@ -19,7 +19,7 @@ ALIKE = 1e-6  # of a distance: of faces that are equally near, that which looks 
 SAME = 1e-9  # of a distance: faces that are as near but for rounding, of which the first is taken
 
 
-def near(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
+def find_candidate_pairs(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
     """Return pairs (c, 2) of points p (s, d) and faces (t, k) of corners x (v, d) that may be within a reach, m."""
     middle = x[faces].mean(axis=1)
     size = float(np.linalg.norm(x[faces] - middle[:, None], axis=2).max(initial=0.0))
@@ -30,7 +30,7 @@ def near(p: Floats, x: Floats, faces: Ints, reach: float) -> Ints:
     return found
 
 
-def feet(p: Floats, t: Floats) -> Floats:
+def closest_points(p: Floats, t: Floats) -> Floats:
     """Return the points (c, d) of simplices t (c, k, d) that are nearest to p (c, d), inside or on their boundary."""
     k = t.shape[1]
     if k == 1:
@@ -42,28 +42,28 @@ def feet(p: Floats, t: Floats) -> Floats:
     found: Floats = t[:, 0] + np.einsum("ca,cai->ci", s, sides)
     best = np.where(inside, 0.0, np.inf)
     for left_out in range(k):
-        own = feet(p, np.delete(t, left_out, axis=1))
+        own = closest_points(p, np.delete(t, left_out, axis=1))
         far = np.linalg.norm(p - own, axis=1)
         nearer = far < best
         found[nearer], best = own[nearer], np.minimum(best, far)
     return found
 
 
-def law(far: Floats, distance: float, stiffness: float) -> Floats:
+def barrier_pressure(far: Floats, distance: float, stiffness: float) -> Floats:
     """Return the pressure of the barrier, Pa, at distances (c,), m; zero beyond the barrier's `distance`."""
     s = np.minimum(far / distance, 1.0)
     found: Floats = stiffness * (2.0 * (1.0 - s**2) ** 2 / s - 8.0 * (1.0 - s**2) * s * np.log(s))
     return found
 
 
-def pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, stiffness: float) -> Floats:
+def contact_pressures(p: Floats, x: Floats, faces: Ints, pairs: Ints, distance: float, stiffness: float) -> Floats:
     """Return the pressures on points p (s, d), Pa, from all faces in pairs (c, 2), without double counting at sides and
     corners.
     """
-    return pressed(p, x, faces, pairs, np.ones(len(p)), distance, stiffness)[0]
+    return contact_forces(p, x, faces, pairs, np.ones(len(p)), distance, stiffness)[0]
 
 
-def pressed(
+def contact_forces(
     p: Floats, x: Floats, faces: Ints, pairs: Ints, A: Floats, distance: float, stiffness: float
 ) -> tuple[Floats, Floats]:
     """Return the forces on points p (s, d) with areas A (s,), m^2, and the reactions on corners x (v, d), N.
@@ -71,19 +71,19 @@ def pressed(
     They are sums over all faces in pairs (c, 2), minus those of shared sides and corners (Li et al. 2023, section 4).
     """
     found, back = np.zeros_like(p), np.zeros_like(x)
-    for of, corners, count in _counted(len(x), faces, pairs):
+    for of, corners, count in _iterate_simplices(len(x), faces, pairs):
         some = count != 0.0
         of, corners, count = of[some], corners[some], count[some]
-        foot = feet(p[of], x[corners])
+        foot = closest_points(p[of], x[corners])
         r = p[of] - foot
         far = np.linalg.norm(r, axis=1)
-        f = (A[of] * count * law(far, distance, stiffness) / np.maximum(far, LEAST))[:, None] * r
+        f = (A[of] * count * barrier_pressure(far, distance, stiffness) / np.maximum(far, LEAST))[:, None] * r
         np.add.at(found, of, f)
-        np.add.at(back, corners, -shares(foot, x[corners])[:, :, None] * f[:, None])
+        np.add.at(back, corners, -barycentric_coordinates(foot, x[corners])[:, :, None] * f[:, None])
     return found, back
 
 
-def _counted(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]:
+def _iterate_simplices(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]:
     """Yield points (c,), corners (c, k) of simplices of v corners, and their multiplicity (c,): faces, sides, corners.
     """
     k = faces.shape[1]
@@ -103,7 +103,7 @@ def _counted(v: int, faces: Ints, pairs: Ints) -> Iterator[tuple[Any, Any, Any]]
     yield keys // v, (keys % v)[:, None], 1.0 + np.bincount(back, each)
 
 
-def shares(foot: Floats, t: Floats) -> Floats:
+def barycentric_coordinates(foot: Floats, t: Floats) -> Floats:
     """Return the barycentric coordinates (c, k) of points (c, d) in simplices t (c, k, d)."""
     if t.shape[1] == 1:
         return np.ones((len(t), 1))
@@ -113,7 +113,7 @@ def shares(foot: Floats, t: Floats) -> Floats:
     return np.concatenate([1.0 - s.sum(axis=1, keepdims=True), s], axis=1)
 
 
-def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats) -> tuple[Floats, Floats]:
+def friction_forces(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: Floats) -> tuple[Floats, Floats]:
     """Return friction forces on points p (s, d) and corners x (v, d), N, from springs with forces `pull` limited to
     `most` (s,).
 
@@ -125,9 +125,9 @@ def rubbed(p: Floats, x: Floats, faces: Ints, pairs: Ints, pull: Floats, most: F
     on = np.zeros_like(x)
     pairs = pairs[size[pairs[:, 0]] > 0.0]
     t = x[faces[pairs[:, 1]]]
-    r = p[pairs[:, 0]] - feet(p[pairs[:, 0]], t)
+    r = p[pairs[:, 0]] - closest_points(p[pairs[:, 0]], t)
     best: dict[int, tuple[float, int]] = {}
-    for number, key in enumerate(_ranks(r, t).tolist()):
+    for number, key in enumerate(_face_ranks(r, t).tolist()):
         one, face = pairs[number].tolist()
         least, other = best.get(one, (np.inf, number))
         if key < (1.0 - SAME) * least or (key <= (1.0 + SAME) * least and face < pairs[other, 1]):
@@ -151,7 +151,7 @@ def normals(t: Floats) -> Floats:
     return found
 
 
-def _ranks(r: Floats, t: Floats) -> Floats:
+def _face_ranks(r: Floats, t: Floats) -> Floats:
     """Return the key that selects the face for friction: the distance (c,), and the orientation among equal distances.
     """
     far = np.sqrt((r**2).sum(axis=1))

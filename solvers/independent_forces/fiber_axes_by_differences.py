@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.independent_forces.mixed_formulation_forces import Split, at_points
+from softmark.solvers.independent_forces.mixed_formulation_forces import SplitLaw, batch_constants
 from softmark.solvers.independent_forces.solid_forces import (
     CheckedBody,
     Floats,
@@ -30,18 +30,18 @@ Axes = Callable[[Floats], Floats]  # of points (n, 3), m: rows f, s and f x s (n
 EYE = np.eye(3)
 
 
-def energy_of(material: Any, axes: Floats, bulk: float | None) -> Scalar:
+def energy_along_axes(material: Any, axes: Floats, bulk: float | None) -> Scalar:
     """Return psi of F (n, 3, 3), Pa, with a material's axes (n, 3, 3) or (1, 3, 3), rows f, s and n, and K in Pa."""
     f, s = (axes[:, i] for i in (0, 1))
     columns = (*f.T, *s.T) if len(axes) > 1 else (*map(float, f[0]), *map(float, s[0]))
     new: dict[str, Any] = {"fibres": Frame(*columns), "bulk": bulk or None}
     if "sheets" in vars(material):
         new["sheets"] = None
-    psi: Scalar = at_points(replace(material, **new)).psi
+    psi: Scalar = batch_constants(replace(material, **new)).psi
     return psi
 
 
-def pull_of(tension: Floats, f: Floats) -> Stress:
+def active_stress(tension: Floats, f: Floats) -> Stress:
     """Return the active stress that muscle tensions (n,) add to P of F (n, 3, 3), fibres f (n, 3) of any length: F T f
     (x) f.
     """
@@ -50,7 +50,7 @@ def pull_of(tension: Floats, f: Floats) -> Stress:
     return lambda F: F @ S
 
 
-def shortened(psi: Scalar, s: Floats, f: Floats) -> Scalar:
+def energy_with_shortening(psi: Scalar, s: Floats, f: Floats) -> Scalar:
     """Return the energy density of muscle, Pa, as a function of F (n, 3, 3), with active shortening along fibres.
 
     `f` (n, 3) are fibre directions, of any length, and `s` (n,) the fractions by which fibres are shorter at rest. The
@@ -64,7 +64,7 @@ def shortened(psi: Scalar, s: Floats, f: Floats) -> Scalar:
     return lambda F: psi(F @ back)
 
 
-def split_of(material: Any, axes: Floats) -> Split:
+def split_off_pressure(material: Any, axes: Floats) -> SplitLaw:
     """Return the law split for a pressure that replaces K (J - 1)^2 / 2 except a third, or half, of the shear modulus.
     """
     third, K = material.shear_modulus / 3.0, material.bulk
@@ -74,12 +74,12 @@ def split_of(material: Any, axes: Floats) -> Split:
     def swelling(F: Floats) -> Floats:
         return cofactor(F)[1] - 1.0
 
-    stress = EnergyStress(energy_of(material, axes, kept))
-    return Split(stress, swelling, lambda F: cofactor(F)[0], swelling, compliance)
+    stress = EnergyStress(energy_along_axes(material, axes, kept))
+    return SplitLaw(stress, swelling, lambda F: cofactor(F)[0], swelling, compliance)
 
 
 @dataclass(frozen=True)
-class DirectedBody(CheckedBody):
+class AnisotropicBody(CheckedBody):
     """A body of anisotropic material: `at` returns its stress at points (n, 3), m."""
 
     at: Callable[[Floats], Stress] | None = None

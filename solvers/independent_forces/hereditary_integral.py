@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from softmark.records import dataclass
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, Split
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, SplitLaw
 from softmark.solvers.independent_forces.solid_forces import (
     CheckedBody,
     Floats,
@@ -30,7 +30,7 @@ from softmark.solvers.independent_forces.stress_by_differences import with_error
 Measure = Literal["small", "turned", "green", "shape"]
 
 
-def weights(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
+def remaining_fractions(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
     """Return the fraction of each step's stress change (t,) that remains at the last time, s.
 
     It is the relaxing fraction multiplied by the decay of the series, with shares (k,) and relaxation times (k,), s.
@@ -45,7 +45,7 @@ def weights(times: Sequence[float], shares: Floats, taus: Floats) -> Floats:
     return found
 
 
-def of_young(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floats]:
+def series_of_youngs_modulus(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floats]:
     """Return the Prony series of Young's modulus for a relaxing shear modulus and constant bulk modulus: shares, times,
     s.
 
@@ -64,7 +64,7 @@ def of_young(shares: Floats, taus: Floats, poisson: float) -> tuple[Floats, Floa
 
 
 @dataclass(frozen=True)
-class Course:
+class DisplacementHistory:
     """History of nodal displacements `states` (t, n, 3), m, at `times` (t,), s, and the stress that relaxes since.
 
     `part` is the relaxing law, `g` (k,) and `tau` (k,), s, its series; `measure` is the strain measure: small, turned
@@ -84,7 +84,7 @@ class Course:
         stress.
         """
         dNdX, _, hoop = kinematics(points, cells, kind, rule(kind), self.depth, mean)
-        steps = weights(self.times, self.g, self.tau)
+        steps = remaining_fractions(self.times, self.g, self.tau)
         found = before = np.zeros((dNdX.shape[0] * dNdX.shape[1], 3, 3))
         for weight, u in zip(steps, self.states, strict=True):
             F = np.einsum("mai,mqaJ->mqiJ", u[cells] - u[cells[:, :1]], dNdX) + np.eye(3)
@@ -118,7 +118,7 @@ class Course:
         if self.measure == "small":
             return held
         if self.measure == "turned":
-            return 2.0 * F @ _halved(np.einsum("nki,nkj->nij", polar(F), F), held)
+            return 2.0 * F @ _solve_sylvester(np.einsum("nki,nkj->nij", polar(F), F), held)
         tau = F @ held @ F.transpose(0, 2, 1)  # Kirchhoff's
         if self.measure == "shape":
             tau = tau - np.trace(tau, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
@@ -127,7 +127,7 @@ class Course:
         return found
 
 
-def _halved(U: Floats, H: Floats) -> Floats:
+def _solve_sylvester(U: Floats, H: Floats) -> Floats:
     """Return X of U X + X U = H (n, 3, 3), by nine equations."""
     one = np.eye(3)
     K = np.einsum("nij,kl->nikjl", U, one) + np.einsum("ij,nkl->nikjl", one, U)
@@ -136,10 +136,10 @@ def _halved(U: Floats, H: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class RememberingBody(CheckedBody):
+class ViscoelasticBody(CheckedBody):
     """A deformed mesh of viscoelastic material with its history."""
 
-    course: Course = field(kw_only=True)
+    course: DisplacementHistory = field(kw_only=True)
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
         """Return P at the points of some cells (n, 3, 3), and the error of its entries, Pa."""
@@ -147,23 +147,23 @@ class RememberingBody(CheckedBody):
 
 
 @dataclass(frozen=True)
-class RememberingPressed(Pressed):
+class ViscoelasticMixedBody(MixedBody):
     """A deformed viscoelastic mesh with pressure unknowns: the deviatoric stress relaxes."""
 
-    course: Course = field(kw_only=True)
+    course: DisplacementHistory = field(kw_only=True)
 
-    def _split(self, some: slice) -> Split:
+    def _split(self, some: slice) -> SplitLaw:
         """Return the split law including the remaining deviatoric stress."""
         course, whole = self.course, self.split.shape
         held = course.held(self.points, self.cells[some], self.kind)
-        return replace(self.split, shape=Relaxed(course, whole, held))
+        return replace(self.split, shape=RelaxedStress(course, whole, held))
 
 
 @dataclass(frozen=True)
-class Relaxed:
+class RelaxedStress:
     """The stress of a `whole` law at points with a relaxed stress `held` (n, 3, 3), Pa."""
 
-    course: Course
+    course: DisplacementHistory
     whole: Stress
     held: Floats
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, Split, at_points, split_of
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, SplitLaw, batch_constants, split_law
 from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, Ints, Stress, StressTerm
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, FreeFaces, Scalar, with_error
 from softmark.solvers.materials.heterogeneous import with_constants
@@ -23,27 +23,27 @@ Moduli = Callable[[Floats, Floats], Stress]  # of mu and lam (n,), Pa: what make
 
 
 @dataclass(frozen=True)
-class VaryingTerm(StressTerm):
+class HeterogeneousTerm(StressTerm):
     """A part of the stress with spatially varying moduli."""
 
     of: Moduli | None = None
 
 
 @dataclass(frozen=True)
-class VaryingBody(CheckedBody):
+class HeterogeneousBody(CheckedBody):
     """A deformed mesh with material `constants` at each point."""
 
     constants: Constants | None = None
 
     def _stress(self, cells: Ints, term: StressTerm, F: Floats, at: slice) -> tuple[Floats, Any]:
-        if not isinstance(term, VaryingTerm) or term.of is None or self.constants is None:
+        if not isinstance(term, HeterogeneousTerm) or term.of is None or self.constants is None:
             return super()._stress(cells, term, F, at)
-        tetrahedra = len(solid_forces.places(self.kind)) == 4
+        tetrahedra = len(solid_forces.node_positions(self.kind)) == 4
         kind = "tet10" if tetrahedra else self.kind
         xi, w = solid_forces.rule(kind) if self.rules is None else (self.rules[0][at], self.rules[1][at])
-        X = points_in(self.points, cells, self.kind, xi)
+        X = positions_in_cells(self.points, cells, self.kind, xi)
         E, nu = self.constants(X.reshape(-1, 3))
-        mu, lam = (m.reshape(len(cells), -1) for m in moduli(E, nu))
+        mu, lam = (m.reshape(len(cells), -1) for m in lame_moduli(E, nu))
         if term.mean or tetrahedra:
             w = w if tetrahedra else w * solid_forces.gradients(self.points, cells, kind, xi)[1]
             w = w * X[..., 0] if self.depth else w  # of whole rings
@@ -53,30 +53,30 @@ class VaryingBody(CheckedBody):
 
 
 @dataclass(frozen=True)
-class VaryingPressed(Pressed):
+class HeterogeneousMixedBody(MixedBody):
     """A deformed mesh with pressure unknowns and varying constants: `apart` splits the law at points (n, 3), m."""
 
-    apart: Callable[[Floats], Split] | None = None
+    apart: Callable[[Floats], SplitLaw] | None = None
 
-    def _split(self, some: slice) -> Split:
+    def _split(self, some: slice) -> SplitLaw:
         if self.apart is None:
             return self.split
-        X = points_in(self.points, self.cells[some], self.kind, self._rule(some)[0])
+        X = positions_in_cells(self.points, self.cells[some], self.kind, self._rule(some)[0])
         return self.apart(X.reshape(-1, 3))
 
 
-def points_in(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
+def positions_in_cells(points: Floats, cells: Ints, kind: str, xi: Floats) -> Floats:
     """Return the positions (m, q, 3), m, of local points xi: (q, 3) for all cells, or (m, q, 3) for each."""
     found: Floats = solid_forces.shape(kind, xi) @ points[cells]
     return found
 
 
-def moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
+def lame_moduli(E: Floats, nu: Floats) -> tuple[Floats, Floats]:
     """Return mu and lam, Pa."""
     return E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
 
 
-def terms(material: Any, strain: str, selective: bool) -> tuple[VaryingTerm, ...] | None:
+def stress_terms(material: Any, strain: str, selective: bool) -> tuple[HeterogeneousTerm, ...] | None:
     """Return the parts of the stress of a law; None if it has no finite-strain form, or cannot be split."""
     law: Moduli | None = {"small": solid_forces.small_stress, "corotational": solid_forces.corotational_stress}.get(
         strain
@@ -89,25 +89,25 @@ def terms(material: Any, strain: str, selective: bool) -> tuple[VaryingTerm, ...
     return _term(lambda mu, lam: known(mu, 0.0 * lam)), _term(lambda mu, lam: known(0.0 * mu, lam), mean=True)
 
 
-def _term(of: Moduli, mean: bool = False) -> VaryingTerm:
+def _term(of: Moduli, mean: bool = False) -> HeterogeneousTerm:
     def none(F: Floats) -> Floats:
         raise ValueError("the stress of a law whose constants vary, without them")
 
-    return VaryingTerm(none, mean, of)
+    return HeterogeneousTerm(none, mean, of)
 
 
-def _finite(material: Any, selective: bool) -> tuple[VaryingTerm, ...] | None:
+def _finite(material: Any, selective: bool) -> tuple[HeterogeneousTerm, ...] | None:
     """Return stress terms of finite strain by differences of the energy, as shear and the rest if `selective`."""
     of = material.of if material.thin else material  # of a plate: the solid that it is made of
     if of.finite_law() is None or (selective and of.finite_parts() is None):
         return None
 
     def whole(mu: Floats, lam: Floats) -> Scalar:
-        psi: Scalar = at_points(_with_moduli(of, mu, lam).finite_law()).psi
+        psi: Scalar = batch_constants(_with_moduli(of, mu, lam).finite_law()).psi
         return psi
 
     def shear(mu: Floats, lam: Floats) -> Scalar:
-        psi: Scalar = at_points(_with_moduli(of, mu, lam).finite_parts()[0]).psi
+        psi: Scalar = batch_constants(_with_moduli(of, mu, lam).finite_parts()[0]).psi
         return psi
 
     def rest(mu: Floats, lam: Floats) -> Scalar:
@@ -134,18 +134,18 @@ def with_constants_of(material: Any, young: Floats, poisson: Floats) -> Any:
     return with_constants(material, {"young": young, "poisson": poisson})
 
 
-def relaxed(term: VaryingTerm) -> VaryingTerm:
+def plane_stress_term(term: HeterogeneousTerm) -> HeterogeneousTerm:
     """Return the term for a plate with stress-free faces."""
     of = term.of
-    return VaryingTerm(term.stress, term.mean, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
+    return HeterogeneousTerm(term.stress, term.mean, None if of is None else lambda mu, lam: FreeFaces(of(mu, lam)))
 
 
-def pressed(material: Any, strain: str, constants: Constants) -> Callable[[Floats], Split]:
+def split_at_points(material: Any, strain: str, constants: Constants) -> Callable[[Floats], SplitLaw]:
     """Return a function that splits a law at points (n, 3), m."""
 
-    def apart(X: Floats) -> Split:
+    def apart(X: Floats) -> SplitLaw:
         E, nu = constants(X)
-        split = split_of(with_constants_of(material, E, nu), strain, E, nu)
+        split = split_law(with_constants_of(material, E, nu), strain, E, nu)
         if split is None:
             raise ValueError("this law does not come apart")
         return split

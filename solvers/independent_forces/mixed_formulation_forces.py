@@ -25,7 +25,7 @@ Measure = Callable[[Floats], Floats]  # F (n, 3, 3) -> (n,), no unit
 
 
 @dataclass(frozen=True)
-class Split:
+class SplitLaw:
     """A law without M/2 g^2: the deviatoric stress `shape`, Pa, `g` and its derivative `dg`; `grown` is the change of
     volume.
 
@@ -42,7 +42,7 @@ class Split:
 # ------------------------------------------------------------------ laws taken apart
 
 
-def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None:
+def split_law(material: object, strain: str, young: Any, nu: Any) -> SplitLaw | None:
     """Split the stress of a law into the part that pressures replace and the rest; None if the law cannot be split.
 
     `young`, Pa, and `nu` are numbers, or arrays (n,) of points, which the material then has as well.
@@ -54,22 +54,22 @@ def split_of(material: object, strain: str, young: Any, nu: Any) -> Split | None
     mu, each = young / (2.0 * (1.0 + nu)), 1.0 - 2.0 * nu
     whole = each / (mu * (2.0 * nu + 2.0 / 3.0 * each))
     if strain == "small":
-        return Split(solid_forces.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
+        return SplitLaw(solid_forces.small_stress(mu, -2.0 / 3.0 * mu), _dilatation, _identity, _dilatation, whole)
     if strain == "corotational":
-        return Split(
+        return SplitLaw(
             solid_forces.corotational_stress(mu, -2.0 / 3.0 * mu), _stretching, solid_forces.polar, _stretching, whole
         )
     parts = getattr(material, "finite_mixed", lambda: None)()
     if parts is None:
         return None
-    shape, g = at_points(parts[0]).psi, parts[1].value
+    shape, g = batch_constants(parts[0]).psi, parts[1].value
     with np.errstate(divide="ignore"):
         s = np.where(np.asarray(nu) >= 2.0 / 7.0, 1.0 / 3.0, np.maximum(2.0 * nu / np.asarray(each) - 1.0, -2.0 / 3.0))
     taken = each / (mu * (2.0 * nu - s * each))
-    return Split(EnergyStress(shape), g, EnergyStress(g), _swelling, taken)
+    return SplitLaw(EnergyStress(shape), g, EnergyStress(g), _swelling, taken)
 
 
-def at_points(law: Any) -> Any:
+def batch_constants(law: Any) -> Any:
     """Return the law itself, or for constants at points (n,) a law that passes each batch of points its own constants.
     """
     from softmark.solvers.materials.heterogeneous import Varying, arrays  # not for materials that do not vary
@@ -106,7 +106,7 @@ def _swelling(F: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Pressed:
+class MixedBody:
     """A deformed mesh with pressures: `points` (n, 3), `cells` (m, a), displacements `u` (n, 3), m.
 
     `mu` is the shear modulus in Pa. `pressures` are those of the solution under test, Pa, positive in tension: at the
@@ -120,7 +120,7 @@ class Pressed:
     cells: Ints
     kind: str
     u: Floats
-    split: Split
+    split: SplitLaw
     mu: float
     pressures: Floats | None
     depth: float = 0.0
@@ -214,7 +214,7 @@ class Pressed:
         noise += float(np.linalg.norm(vague))
         return f, unit * float(np.linalg.norm(lacking)), noise
 
-    def _split(self, some: slice) -> Split:
+    def _split(self, some: slice) -> SplitLaw:
         """Return the split law at the points of some cells."""
         return self.split
 

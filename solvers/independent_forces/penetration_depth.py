@@ -23,7 +23,7 @@ FINE = 1e-3  # of the depth: what is not to be found more exactly
 QUARTERS = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])  # of corners and the middles of sides 01, 12, 20
 
 
-def deepest(
+def find_deepest_point(
     look: Distance, X: Floats, shapes: Callable[[Floats], Floats], triangles: Floats, convex: bool
 ) -> tuple[float, Floats]:
     """Return the least gap, m, of facets with nodes X (f, a, 3), m, and its position (3,), m; only values up to 0

@@ -19,12 +19,12 @@ ROUNDS = 8  # of projection: beside what the plane cuts aslant, the nearest plac
 CLOSE = 1e-3  # of the extent: what is left farther from the surface is not on it
 
 
-def in_space(x: Floats, X: Floats) -> bool:
+def is_inside_volume(x: Floats, X: Floats) -> bool:
     """Return whether a point (3,), m, is inside a closed surface of triangles (t, 3, 3), or on it."""
     return bool(abs(solid_angle(x[None], X, ON)[0]) > SURROUNDED)
 
 
-def in_plane(p: Floats, X: Floats) -> bool:
+def is_inside_region(p: Floats, X: Floats) -> bool:
     """Return whether a point (2,), m, is inside a region of equally oriented triangles (t, 3, 2), or on its edge.
 
     Sides between two triangles cancel, and those of the outline remain.
@@ -35,7 +35,7 @@ def in_plane(p: Floats, X: Floats) -> bool:
     return bool(abs(float(np.where(seen, np.angle(ways), 0.0).sum())) > SURROUNDED)
 
 
-def skin(look: Distance, low: Floats, high: Floats, plane: bool) -> Floats:
+def sample_surface(look: Distance, low: Floats, high: Floats, plane: bool) -> Floats:
     """Return points (k, 3), m, on the surface of a rigid body between corners, m; with `plane`, on its section at z =
     0.
 

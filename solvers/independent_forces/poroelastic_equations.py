@@ -22,7 +22,7 @@ SURE = 1e-6  # of a step: how well its first stage must be where it is taken to 
 
 
 @dataclass(frozen=True)
-class Soaked:
+class PoroelasticBody:
     """A mesh filled with fluid: `points` (n, 3), m, `cells` (m, a), and pressures `p` (m, c) of their corners, Pa.
 
     Pressures are positive in compression. `permeable` gives k of volume ratios J (...), m^4/(N s). `small`: strain is
@@ -104,7 +104,7 @@ class Soaked:
         found: Floats = np.einsum("qcj,mqij->mqci", corners, cof / det[..., None, None])
         return found
 
-    def amiss(self, times: tuple[float, ...], states: tuple[Floats, ...]) -> Floats:
+    def stage_residual(self, times: tuple[float, ...], states: tuple[Floats, ...]) -> Floats:
         """Return the residual of the last stage's equation at each corner (n,), m^3; at drained corners, the outflow.
 
         `times` and `states` are all stages so far, with displacements (n, 3), m, from rest. Raises ValueError if the

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def along(flat: tuple[Floats, Floats], t: list[float]) -> tuple[Floats, Floats]:
+def extend_along_wedge(flat: tuple[Floats, Floats], t: list[float]) -> tuple[Floats, Floats]:
     """Return a triangle rule repeated at one, two or three Gauss points t along a wedge."""
     w = {1: [2.0], 2: [1.0, 1.0], 3: [5 / 9, 8 / 9, 5 / 9]}[len(t)]
     xi = np.array([(x, y, z) for z in t for x, y in flat[0]])
     return xi, np.array([v * u for v in w for u in flat[1]])
 
 
-def strang() -> tuple[Floats, Floats]:
+def strang_rule() -> tuple[Floats, Floats]:
     """Return six points of degree four, in closed form."""
     root, below = np.sqrt(10.0), np.sqrt(38.0 - 44.0 * np.sqrt(0.4))
     xi, w = [], []
@@ -29,7 +29,7 @@ def strang() -> tuple[Floats, Floats]:
     return np.array(xi), np.array(w)
 
 
-def by_moments(n: int, power: int) -> tuple[Floats, Floats]:
+def rule_by_moments(n: int, power: int) -> tuple[Floats, Floats]:
     """Return points and weights (n,) on [0, 1] for integrands times (1 - t)^power, exact to degree 2n - 1.
 
     The points are the roots of the polynomial orthogonal to all lower ones, the weights integrate 1, t, ... exactly:

@@ -57,12 +57,12 @@ def box(low: Floats, high: Floats, rounding: float = 0.0) -> Distance:
     a, b = np.asarray(low) + rounding, np.asarray(high) - rounding
 
     def look(x: Floats) -> tuple[Floats, Floats]:
-        return _grown(x, np.clip(x, a, b), np.minimum(x - a, b - x).min(axis=1), rounding)
+        return _add_rounding(x, np.clip(x, a, b), np.minimum(x - a, b - x).min(axis=1), rounding)
 
     return look
 
 
-def _grown(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats, Floats]:
+def _add_rounding(x: Floats, nearest: Floats, deep: Floats, by: float) -> tuple[Floats, Floats]:
     """Return gaps and normals for a rounded core from nearest points, and the depth `deep` of points inside it, m."""
     off = x - nearest
     far = np.sqrt((off**2).sum(axis=1))
@@ -101,7 +101,7 @@ def polygon(corners: Floats, rounding: float = 0.0, mirrored: bool = False) -> S
     return look
 
 
-def turned(section: Section, origin: Floats, axis: Floats) -> Distance:
+def revolved(section: Section, origin: Floats, axis: Floats) -> Distance:
     """Return the distance to the body of revolution of a half-section of (r, z), z from `origin` along the axis."""
     e = np.asarray(axis, dtype=np.float64) / np.sqrt(np.sum(np.square(axis)))
 
@@ -201,7 +201,7 @@ def solid_angle(x: Floats, X: Floats, on: float = 0.0) -> Floats:
 # ------------------------------------------------------------------ where it is
 
 
-def carried(distance: Distance, shift: Floats, rotation: Floats, through: Floats) -> Distance:
+def moved(distance: Distance, shift: Floats, rotation: Floats, through: Floats) -> Distance:
     """Return the distance to a body rotated about a point by a vector, rad, and then shifted, m.
 
     Points are transformed to the body's frame by the unit quaternion (cos(angle / 2), sin(angle / 2) axis).
@@ -238,7 +238,7 @@ def pressure(g: Floats, distance: float, stiffness: float, bend: float) -> tuple
     return stiffness * (1.0 / c - 2.0 + c + slope * beyond), stiffness * slope / distance
 
 
-def shares(points: Floats, triangles: Ints, depth: float) -> Floats:
+def nodal_areas(points: Floats, triangles: Ints, depth: float) -> Floats:
     """Return the integrals of linear shape functions over flat triangles (t, 3) at each node (n,), m^2, by mid-sides.
 
     With a `depth`, m, of a slice, they are over whole rings around the y axis: of second degree, which mid-sides

@@ -11,7 +11,7 @@ LEAST = 1e-300
 SAME = 1e-8  # of shape functions: points that differ by less are one
 
 
-def numbers(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
+def match_points(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
     """Return the index (p,) of points, given by nodes `of` (p, b) and shares N (p, b), among known points, or -1.
 
     Points are identified by two sums of their shares, with node numbers mapped to values that no few of them relate.
@@ -27,7 +27,7 @@ def numbers(of: Ints, N: Floats, known: Ints, shares: Floats) -> Ints:
     return np.where(far < SAME, at, -1)
 
 
-def taken(points: Floats, shift: Floats, rotation: Floats, through: Floats) -> Floats:
+def move_points(points: Floats, shift: Floats, rotation: Floats, through: Floats) -> Floats:
     """Return the positions of points (n, 3), m, of a rigid body rotated by a vector, rad, about a point, then shifted.
 
     It uses the quaternion of half the angle: v + 2 w (q x v) + 2 q x (q x v).
@@ -41,7 +41,7 @@ def taken(points: Floats, shift: Floats, rotation: Floats, through: Floats) -> F
     return found
 
 
-def traction(x: Floats, held: Floats, n: Floats, most: Floats, spring: float) -> Floats:
+def friction_traction(x: Floats, held: Floats, n: Floats, most: Floats, spring: float) -> Floats:
     """Return the traction (n, 3), Pa, on points x (n, 3), m, towards their anchors `held` (n, 3), limited to `most`
     (n,).
 

@@ -184,7 +184,7 @@ def left_jacobian(theta: Floats) -> Floats:
     return found
 
 
-def frames(ends: Floats, length: Floats) -> Floats:
+def frames_from_arms(ends: Floats, length: Floats) -> Floats:
     """Return rotations (n, 3, 3) that map arms along e2 and e3, of their `length` (2,), m, to `ends` (n, 2, 3)."""
     e2, e3 = ends[:, 0] / length[0], ends[:, 1] / length[1]
     found: Floats = np.stack([np.cross(e2, e3), e2, e3], axis=2)

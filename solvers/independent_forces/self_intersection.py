@@ -17,14 +17,14 @@ PAIRS = 1 << 20  # at a time
 ROUNDING = 1e-12  # of the products of lengths that a determinant is made of
 
 
-def crossings(X: Floats, faces: Ints) -> Ints:
+def find_intersections(X: Floats, faces: Ints) -> Ints:
     """Return pairs (p, 2) of faces (t, d) of points (n, d), m, that share no corner and intersect."""
-    near = _near(X, faces)
-    found = [_meeting(X, faces, near[i : i + PAIRS]) for i in range(0, len(near), PAIRS)]
+    near = _overlapping_boxes(X, faces)
+    found = [_intersecting_pairs(X, faces, near[i : i + PAIRS]) for i in range(0, len(near), PAIRS)]
     return np.concatenate([near[:0], *found])
 
 
-def _near(X: Floats, faces: Ints) -> Ints:
+def _overlapping_boxes(X: Floats, faces: Ints) -> Ints:
     """Return pairs of faces without a common corner whose boxes overlap."""
     corners = X[faces]
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -38,21 +38,21 @@ def _near(X: Floats, faces: Ints) -> Ints:
     return found
 
 
-def _meeting(X: Floats, faces: Ints, pairs: Ints) -> Ints:
+def _intersecting_pairs(X: Floats, faces: Ints, pairs: Ints) -> Ints:
     a, b = X[faces[pairs[:, 0]]], X[faces[pairs[:, 1]]]
     d = X.shape[1]
     if d == 2:
-        crossed: Ints = pairs[_lines(a, b)]
+        crossed: Ints = pairs[_do_segments_cross(a, b)]
         return crossed
     met = np.zeros(len(pairs), dtype=np.bool_)
     for one, other in ((a, b), (b, a)):
         for k in range(3):
-            met |= _pierced(one[:, k], one[:, (k + 1) % 3], other)
+            met |= _does_pierce(one[:, k], one[:, (k + 1) % 3], other)
     found: Ints = pairs[met]
     return found
 
 
-def _lines(a: Floats, b: Floats) -> Any:
+def _do_segments_cross(a: Floats, b: Floats) -> Any:
     """Return whether segments (p, 2, 2) cross: the ends of each lie on both sides of the other."""
     one = _side(a[:, 0], a[:, 1], b[:, 0]) * _side(a[:, 0], a[:, 1], b[:, 1])
     other = _side(b[:, 0], b[:, 1], a[:, 0]) * _side(b[:, 0], b[:, 1], a[:, 1])
@@ -64,7 +64,7 @@ def _side(p: Floats, q: Floats, c: Floats) -> Floats:
     return _sign(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1))
 
 
-def _pierced(p: Floats, q: Floats, t: Floats) -> Any:
+def _does_pierce(p: Floats, q: Floats, t: Floats) -> Any:
     """Return whether segments p q (n, 3) pass through triangles t (n, 3, 3): three volumes of one sign, two opposite.
     """
     ends = _volume(t[:, 0], t[:, 1], t[:, 2], p) * _volume(t[:, 0], t[:, 1], t[:, 2], q)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.elements.boundary_facets import FACETS
-from softmark.solvers.independent_forces.quadrature_rules import along, by_moments, strang
+from softmark.solvers.independent_forces.quadrature_rules import extend_along_wedge, rule_by_moments, strang_rule
 from softmark.solvers.independent_forces.stress_by_differences import with_error
 
 Floats = NDArray[np.float64]
@@ -40,16 +40,16 @@ Cell = str | int  # an element by its word, a facet by its number of nodes
 
 
 @cache
-def _known(kind: Cell) -> Any:
+def _cell_data(kind: Cell) -> Any:
     """Return the data of a cell or facet class: node positions and monomials, without its formulas."""
     return CELLS[kind] if isinstance(kind, str) else FACETS[kind]
 
 
 @cache
-def places(kind: Cell) -> Floats:
+def node_positions(kind: Cell) -> Floats:
     """Return the local points of the nodes of a cell or facet (a, d), in VTK order: corners, then intermediate nodes.
     """
-    known, d = _known(kind), len(_known(kind).monomials[0])
+    known, d = _cell_data(kind), len(_cell_data(kind).monomials[0])
     cube = [[-1, 1, 1, -1, -1, 1, 1, -1], [-1, -1, 1, 1, -1, -1, 1, 1], [-1, -1, -1, -1, 1, 1, 1, 1]]
     simplex, wedge = [[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], [[0, 1, 0] * 2, [0, 0, 1] * 2, [-1] * 3 + [1] * 3]
     rows = cube if square(kind) else wedge if wedged(kind) else simplex
@@ -59,12 +59,12 @@ def places(kind: Cell) -> Floats:
 
 def square(kind: Cell) -> bool:
     """Return whether a cell is a cube, or a facet a square (else a wedge, a tetrahedron or a triangle)."""
-    return bool(_known(kind).corners == 2 ** len(_known(kind).monomials[0]))
+    return bool(_cell_data(kind).corners == 2 ** len(_cell_data(kind).monomials[0]))
 
 
 def wedged(kind: Cell) -> bool:
     """Return whether a cell is a wedge."""
-    return bool(_known(kind).corners == 6)
+    return bool(_cell_data(kind).corners == 6)
 
 
 def _monomials(xi: Floats, powers: Any) -> Floats:
@@ -77,12 +77,12 @@ def _monomials(xi: Floats, powers: Any) -> Floats:
 @cache
 def _coefficients(kind: Cell) -> Floats:
     """Return the matrix (a, a) from monomials to shape functions: N_a is one at its node and zero at the others."""
-    return np.asarray(np.linalg.inv(_monomials(places(kind), np.array(_known(kind).monomials))), dtype=np.float64)
+    return np.asarray(np.linalg.inv(_monomials(node_positions(kind), np.array(_cell_data(kind).monomials))), dtype=np.float64)
 
 
 def shape(kind: Cell, xi: Floats) -> Floats:
     """Return the shape functions (..., a) at local points xi (..., d)."""
-    found: Floats = _monomials(xi.reshape(-1, xi.shape[-1]), np.array(_known(kind).monomials)) @ _coefficients(kind)
+    found: Floats = _monomials(xi.reshape(-1, xi.shape[-1]), np.array(_cell_data(kind).monomials)) @ _coefficients(kind)
     return found.reshape(*xi.shape[:-1], found.shape[1])
 
 
@@ -91,7 +91,7 @@ def slope(kind: Cell, xi: Floats) -> Floats:
     if xi.ndim > 2:
         flat = slope(kind, xi.reshape(-1, xi.shape[-1]))
         return flat.reshape(*xi.shape[:-1], *flat.shape[1:])
-    powers, columns = np.array(_known(kind).monomials), []
+    powers, columns = np.array(_cell_data(kind).monomials), []
     for axis in range(xi.shape[1]):
         lower = powers.copy()
         lower[:, axis] = np.maximum(powers[:, axis] - 1, 0)
@@ -110,24 +110,24 @@ def rule(kind: Cell) -> tuple[Floats, Floats]:
     for six-node triangles; and else the centre. For wedges one point of the triangle, or three, at two Gauss points
     along.
     """
-    d, many = len(_known(kind).monomials[0]), len(_known(kind).quadrature()[1])
+    d, many = len(_cell_data(kind).monomials[0]), len(_cell_data(kind).quadrature()[1])
     if wedged(kind):
-        flat = places(kind)[:3, :2]
+        flat = node_positions(kind)[:3, :2]
         inner = flat.mean(axis=0, keepdims=True) if many == 2 else 1.0 / 6.0 + 0.5 * flat
-        return along((inner, np.full(len(inner), 0.5 / len(inner))), [-(3**-0.5), 3**-0.5])
+        return extend_along_wedge((inner, np.full(len(inner), 0.5 / len(inner))), [-(3**-0.5), 3**-0.5])
     if square(kind):
         return _gauss(kind, round(many ** (1 / d)))
     if many == 4:
         a = (5.0 - np.sqrt(5.0)) / 20.0
-        return a + (1.0 - 4.0 * a) * places(kind)[:4], np.full(4, 1.0 / 24.0)
+        return a + (1.0 - 4.0 * a) * node_positions(kind)[:4], np.full(4, 1.0 / 24.0)
     if many == 6:
-        return strang()
+        return strang_rule()
     return np.full((1, d), 1.0 / (d + 1)), np.array([1.0 / 6.0 if d == 3 else 0.5])
 
 
 def _gauss(kind: Cell, n: int) -> tuple[Floats, Floats]:
     """Return n points along each direction of a cube or square."""
-    corners = places(kind)[: _known(kind).corners]
+    corners = node_positions(kind)[: _cell_data(kind).corners]
     d = corners.shape[1]
     if n == 2:
         return corners / np.sqrt(3.0), np.ones(len(corners))
@@ -142,8 +142,8 @@ def _mass_rule(kind: str) -> tuple[Floats, Floats]:
     if square(kind):
         return rule(kind)
     if wedged(kind):
-        return along(strang(), [-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
-    (a, u), (b, v), (c, w) = (by_moments(3, power) for power in (2, 1, 0))
+        return extend_along_wedge(strang_rule(), [-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
+    (a, u), (b, v), (c, w) = (rule_by_moments(3, power) for power in (2, 1, 0))
     xi, weights = [], []
     for i in range(3):
         for j in range(3):
@@ -287,7 +287,7 @@ class CheckedBody:
 
     def _rule(self, at: slice, mean: bool = False) -> tuple[Floats, Floats]:
         """Return local points (q, 3) or (m, q, 3), and weights, of a term in some cells; means need no finer rule."""
-        if self.rules is None or mean or len(places(self.kind)) == 4:
+        if self.rules is None or mean or len(node_positions(self.kind)) == 4:
             return rule(self.kind)
         return self.rules[0][at], self.rules[1][at]
 
@@ -343,8 +343,8 @@ class CheckedBody:
         Strain is Green-Lagrange, which is independent of rotation. A ring beyond its axis is inverted, though det F > 0
         if a cell is also reflected within its plane.
         """
-        xi = np.concatenate([rule(self.kind)[0], places(self.kind)])
-        if len(places(self.kind)) == 4:  # the same everywhere
+        xi = np.concatenate([rule(self.kind)[0], node_positions(self.kind)])
+        if len(node_positions(self.kind)) == 4:  # the same everywhere
             xi = xi[:1]
         least, most = [], []
         for at in self._chunks(self.cells):
@@ -396,7 +396,7 @@ def weights_of(
     if how == "uniform":
         whole = float(weights_of(points, cells, kind, density, "consistent", nodes, rules=rules).sum())
         return np.full(nodes, whole / nodes)
-    few = len(places(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
+    few = len(node_positions(kind)) == 4 and not callable(density)  # a quarter of a linear tetrahedron for each node
     all_xi, all_w = rules or (rule(kind) if few else _mass_rule(kind))
     carried = np.zeros(nodes)
     size = max(1, CHUNK // all_xi.shape[-2])

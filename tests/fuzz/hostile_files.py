@@ -283,7 +283,7 @@ def readers() -> dict[str, tuple[tuple[str, ...], Callable[[Path], object], tupl
         "results": (tuple(results.READERS), results.read, unread),
         "decks": (tuple(import_formats.READERS), import_formats.read, (Unreadable, imported_deck.Foreign)),
         "scenes": ((".scene",), scene_sources.read_scene_file, (scene_sources.UnreadableScene,)),
-        "plugins": ((".py",), lambda p: plugin_loader._read(str(p)), (plugin_loader.Absent,)),
+        "plugins": ((".py",), lambda p: plugin_loader._read(str(p)), (plugin_loader.NoPlugin,)),
         "comparisons": ((".json",), lambda p: result_changes.read(p), (result_changes.Foreign,)),
         "boards": (
             (".json",),

@@ -29,7 +29,7 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.interpreter.language.compiled_scene import SceneError
     from softmark.interpreter.study.comparison_study import Additions
     from softmark.interpreter.study.configurations.configuration_expansion import TooMany, expand, read_vary, subject_of
-    from softmark.interpreter.validation.scene_loader import checked
+    from softmark.interpreter.validation.scene_loader import load_scene
     from softmark.scenes import ROOT
 
 BEAM = ROOT / "beams" / "stiff-cantilever.scene"
@@ -81,7 +81,7 @@ def examine(text: str, base: Source, folder: Path) -> str:
     """Whether overrides are taken; everything said of them can be shown. Raises scene.Broken."""
     lines = text.split("\n")[:6]
     given = tuple(line for line in lines if not line.startswith("!"))
-    compiled, found = checked(base, folder, None, given)
+    compiled, found = load_scene(base, folder, None, given)
     scene.promise((compiled is None) == any(d.severity == "error" for d in found), "no scene if and only if an error")
     scene.shown(found)
     word = "refused" if compiled is None else "accepted"

@@ -38,7 +38,7 @@ with guard.instrumented() if GUIDED else nullcontext():
     from softmark.interpreter.help.codes import pages
     from softmark.interpreter.language.scene_sources import UnreadableScene, _text
     from softmark.interpreter.planning.run_plan import plan_of
-    from softmark.interpreter.validation.scene_loader import checked
+    from softmark.interpreter.validation.scene_loader import load_scene
     from softmark.scenes import ROOT
 
 ERRORS = guard.REPOSITORY / "tests" / "errors"
@@ -59,7 +59,7 @@ def promise(kept: object, words: str) -> None:
 
 def examine(text: str, folder: Path, overrides: tuple[str, ...] = ()) -> str:
     """Whether a text is a scene, after all that must hold whether it is or not. Raises Broken."""
-    scene, found = checked(Source("fuzz.scene", text), folder, folder / "fuzz.scene", overrides)
+    scene, found = load_scene(Source("fuzz.scene", text), folder, folder / "fuzz.scene", overrides)
     wrong = [d for d in found if d.severity == "error"]
     promise((scene is None) == bool(wrong), "a scene is there if and only if there is no error")
     shown(found)

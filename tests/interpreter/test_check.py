@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.scenes import ROOT
 
 BEAM = """material gel = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)
@@ -22,7 +22,7 @@ THEORY = "reference theory = elastica(beam)\n"
 
 
 def found(text: str) -> list[Diagnostic]:
-    return checked(Source("text", text), Path(), None)[1]
+    return load_scene(Source("text", text), Path(), None)[1]
 
 
 def codes(text: str) -> list[str]:
@@ -69,7 +69,7 @@ MEANT = {  # scenes about these warnings
 @pytest.mark.parametrize("file", sorted(ROOT.rglob("*.scene")), ids=lambda p: p.stem)
 def test_no_false_alarm_about_scenes_that_come_with_softmark(file: Path) -> None:
     source = Source(file.name, file.read_text(encoding="utf-8"))
-    warned = {d.code for d in checked(source, file.parent, file)[1]}
+    warned = {d.code for d in load_scene(source, file.parent, file)[1]}
     assert warned == MEANT.get(file.stem, set())
 
 
@@ -262,7 +262,7 @@ def test_a_model_that_nothing_asks_for() -> None:
 
 
 def test_warnings_are_no_errors() -> None:
-    scene, warned = checked(Source("text", changed(("young = 60 kPa", "young = 60 mPa"))), Path(), None)
+    scene, warned = load_scene(Source("text", changed(("young = 60 kPa", "young = 60 mPa"))), Path(), None)
     assert scene is not None
     assert [d.severity for d in warned] == ["warning"]
 

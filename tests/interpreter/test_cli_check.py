@@ -13,7 +13,7 @@ import pytest
 
 from softmark.grammar.diagnostic import Source
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 
 GOOD = "param L = 178 mm\n"
 BAD = "param L = 178 mn\nparam R = S\n"
@@ -165,7 +165,7 @@ def test_a_path_in_the_scene_is_taken_from_its_folder(tmp_path: Path) -> None:
 
 
 def test_checked_says_the_same_as_the_command(capsys: pytest.CaptureFixture[str]) -> None:
-    scene, found = checked(Source("bad.scene", BAD), Path(), None)
+    scene, found = load_scene(Source("bad.scene", BAD), Path(), None)
     assert scene is None
     assert [d.code for d in found] == ["E209", "E201"]
     main(["check", written("bad.scene", BAD), "--diagnostics", "json"])

@@ -14,7 +14,7 @@ from softmark.grammar.tree import Span
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.help.codes import pages
 from softmark.interpreter.help.diagnostic_formats import FORMATS, Told, rendered
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 
 BAD = "param L = 178 mn\nparam R = S\n"
 NAME = "sub, dir/100%: a µ.scene"
@@ -170,7 +170,7 @@ def test_every_golden_message_is_valid_sarif(part: int) -> None:
     validator = pytest.importorskip("jsonschema").Draft202012Validator(schema)
     told = []
     for file in sorted(GOLDEN.glob("*.scene"))[part::32]:
-        found = checked(Source(str(file), file.read_text(encoding="utf-8", errors="replace")), file.parent, file)[1]
+        found = load_scene(Source(str(file), file.read_text(encoding="utf-8", errors="replace")), file.parent, file)[1]
         told += [Told(str(file), diagnostic) for diagnostic in found]
     log = json.loads(rendered("sarif", told))
     assert not [error.message for error in validator.iter_errors(log)]

@@ -96,7 +96,7 @@ def _mesher(code: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(sys.modules, "ipctk", None)
     elif code == "W630":
         monkeypatch.setattr(
-            "softmark.solvers.independent_forces.self_intersection.crossings", lambda X, faces: faces[:1]
+            "softmark.solvers.independent_forces.self_intersection.find_intersections", lambda X, faces: faces[:1]
         )
     elif code == "W349":
         cube = Box((0.009, 0.009, 0.009)).mesh("tet4", 0.003)

@@ -14,7 +14,7 @@ from softmark.interpreter.language import scene_sources
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.language.expression_evaluation import PREDEFINED, Quantity
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.safe_files import open_regular
 
 GEL = "material gel = neo_hookean(young = 60 kPa, poisson = 0.4, density = 1000 kg/m^3)\n"
@@ -28,7 +28,7 @@ probe tip = point(beam, at = (0, 0, 0) mm)
 
 def compiled(text: str, *overrides: str, folder: Path = Path()) -> tuple[Scene | None, list[Diagnostic]]:
     """The scene of a text and what is said about it."""
-    return checked(Source("text", text), folder, None, overrides)
+    return load_scene(Source("text", text), folder, None, overrides)
 
 
 def valid(text: str, *overrides: str, folder: Path = Path()) -> Scene:

@@ -22,7 +22,7 @@ from softmark.interpreter.language.expression_evaluation import (
     VectorValue,
 )
 from softmark.interpreter.validation.constructor_registry import CATALOGUE
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 
 NAMES = {"L": Quantity(0.178, units.LENGTH), "n": Quantity(3.0, units.NONE), "v": VectorValue((1.0, 2.0), units.LENGTH)}
 
@@ -193,7 +193,7 @@ def test_reading_never_runs_code(tmp_path: Path) -> None:
         f'__import__("os").system("touch {marker}")',
         f'exec("open({str(marker)!r}, 1)")',
     ):
-        scene, found = checked(Source("text", f"param a = {text}\n"), tmp_path, None)
+        scene, found = load_scene(Source("text", f"param a = {text}\n"), tmp_path, None)
         assert scene is None
         assert found
     assert list(tmp_path.iterdir()) == []

@@ -74,11 +74,11 @@ STUDY = {"compare": ["--repeats", "0"], "stress": []}
 
 
 def test_a_model_needs_what_it_is_made_from() -> None:
-    from softmark.interpreter.validation.requested_names import needed
+    from softmark.interpreter.validation.requested_names import needed_models
 
     scene = softmark.loads(TWO.replace("model rod = beam6dof(segments = 4)\n", "")).scene
-    assert needed(scene, ["few"]) == ("fe", "few")
-    assert needed(scene, []) == needed(scene, ["nobody"]) == ()
+    assert needed_models(scene, ["few"]) == ("fe", "few")
+    assert needed_models(scene, []) == needed_models(scene, ["nobody"]) == ()
 
 
 BODY = """

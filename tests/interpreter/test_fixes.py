@@ -11,7 +11,7 @@ import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source
 from softmark.interpreter.help.suggested_fixes import mended, replacement
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 
 FOLDER = Path(__file__).parents[1] / "errors"
 CHECKED = re.compile(r"(?!# \$ dsl )|# \$ dsl check FILE\n")  # what is said of a text without options and runs
@@ -20,7 +20,7 @@ PARTS = 4  # of the golden scenes; one is walked each day
 
 def said(file: Path, text: str) -> list[Diagnostic]:
     """What `dsl check` says of a text in the place of a golden scene."""
-    return checked(Source(file.name, text), FOLDER, file)[1]
+    return load_scene(Source(file.name, text), FOLDER, file)[1]
 
 
 def golden(part: int) -> Iterator[tuple[Path, str]]:
@@ -78,5 +78,5 @@ def test_what_a_message_says_to_write_instead_makes_it_go_away(part: int) -> Non
     ],
 )  # fmt: skip
 def test_a_text_after_its_first_replacement(text: str, new: str | None) -> None:
-    found = [d for d in checked(Source("t.scene", text), FOLDER, None)[1] if replacement(d)]
+    found = [d for d in load_scene(Source("t.scene", text), FOLDER, None)[1] if replacement(d)]
     assert [mended(text, found[0])] == [new] if new else not any(d.code == "E201" for d in found)

@@ -11,14 +11,14 @@ import pytest
 from softmark.grammar.diagnostic import Diagnostic, Source, render
 from softmark.interpreter.language.message_limit import MOST
 from softmark.interpreter.language.scene_sources import LARGEST, UnreadableScene, read_limited, read_scene_file
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.solvers.mesh.files import bounded_reader
 
 
 def found_in(folder: Path, text: str) -> list[Diagnostic]:
     """What is said of a text as `x.scene` of a folder."""
     (folder / "x.scene").write_text(text, encoding="utf-8")
-    return checked(Source("x.scene", text), folder, folder / "x.scene")[1]
+    return load_scene(Source("x.scene", text), folder, folder / "x.scene")[1]
 
 
 def codes(found: list[Diagnostic]) -> list[str]:
@@ -52,7 +52,7 @@ def test_a_file_of_a_terabyte(tmp_path: Path) -> None:
 
 
 def test_a_text_that_is_too_large(tmp_path: Path) -> None:
-    assert codes(checked(Source("<text>", "#" * (LARGEST + 1)), tmp_path, None)[1]) == ["E401"]
+    assert codes(load_scene(Source("<text>", "#" * (LARGEST + 1)), tmp_path, None)[1]) == ["E401"]
 
 
 @pytest.mark.parametrize("target", ["x.scene", "k.scene", "/dev/zero", "."])
@@ -111,7 +111,7 @@ def test_a_thousand_warnings_are_a_hundred(tmp_path: Path) -> None:
 
 def test_a_place_in_a_long_line_is_shown_without_the_line() -> None:
     text = "param a = [" + "1, " * 20_000 + "b]\n"
-    found = checked(Source("x.scene", text), Path(), None)[1]
+    found = load_scene(Source("x.scene", text), Path(), None)[1]
     assert len(render(found)) < 1000
 
 

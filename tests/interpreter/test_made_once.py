@@ -28,7 +28,7 @@ from softmark.interpreter.problem import body_case
 from softmark.interpreter.problem.body_case import case_of
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of, task_of
 from softmark.interpreter.study.configurations.configuration_task import perform
-from softmark.interpreter.validation.scene_checks import varied
+from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.interpreter.verification import load_forces_check
 from softmark.interpreter.verification.by_model import beam_forces_check
 from softmark.references import measured_curve
@@ -166,7 +166,7 @@ def test_what_is_kept_of_a_scene_is_its_own(scene: Path) -> None:
     """Of other values a scene has cases of their own, and its own stay as they were."""
     loaded = softmark.load(scene).scene
     softer, again, thicker = (
-        varied(loaded, read_overrides([text], []))[0]
+        apply_overrides(loaded, read_overrides([text], []))[0]
         for text in ("silicone.young=2 kPa", "silicone.young=2 kPa", "rod.segments=9")
     )
     assert again is softer

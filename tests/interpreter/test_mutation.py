@@ -18,7 +18,7 @@ import pytest
 
 from softmark.grammar.diagnostic import Diagnostic, Source, render
 from softmark.grammar.lexer import Token, lex
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.scenes import ROOT
 
 SCENES = sorted(ROOT.rglob("*.scene"))
@@ -89,7 +89,7 @@ def test_mutations(scene: Path, count: int) -> None:
     slowest = (0.0, "")
     for mutation in chosen(scene, count):
         start = time.process_time()
-        compiled, found = checked(Source(scene.name, mutation.text), scene.parent, scene)
+        compiled, found = load_scene(Source(scene.name, mutation.text), scene.parent, scene)
         slowest = max(slowest, (time.process_time() - start, str(mutation)))
         wrong = [d for d in found if d.severity == "error"]
         assert (compiled is None) == bool(wrong), mutation

@@ -17,7 +17,7 @@ import softmark
 from softmark.interpreter.pipeline.run_pipeline import Options, run
 from softmark.interpreter.planning.run_plan import plan_of
 from softmark.interpreter.results.run_report import ReferenceResult
-from softmark.interpreter.validation.refinement_checks import uneven
+from softmark.interpreter.validation.refinement_checks import extrapolation_obstacle
 from softmark.interpreter.verification.refinement_family import (
     Family,
     Limit,
@@ -103,10 +103,10 @@ def test_meshes_must_refine_as_their_sizes_say() -> None:
     """Radius 19 mm: sections of 12, 32 and 32 cells at 12, 9 and 6 mm. At 7.6 mm / k all directions have one ratio."""
     bar = Cylinder(length=0.178, radius=0.019)
     assert bar.counts(7.6e-3) == (4, 1, 23)
-    assert uneven(bar, [7.6e-3, 3.8e-3, 2.5333e-3]) is None
-    why = uneven(bar, [12e-3, 9e-3, 6e-3])
+    assert extrapolation_obstacle(bar, [7.6e-3, 3.8e-3, 2.5333e-3]) is None
+    why = extrapolation_obstacle(bar, [12e-3, 9e-3, 6e-3])
     assert why == "cells of 6 mm are only 1.14 times finer than those of 9 mm, and an order needs 1.3 times"
-    differ = str(uneven(bar, [19e-3, 9.5e-3, 4.75e-3]))  # sections of 2, 4, 6 cells across, 1, 1, 2 rings
+    differ = str(extrapolation_obstacle(bar, [19e-3, 9.5e-3, 4.75e-3]))  # sections of 2, 4, 6 cells across, 1, 1, 2 rings
     assert "cells: they shrink 1 times in one direction and 2.11 times in another" in differ
     found = limit(family((1.0, 0.5, 0.25), 2.0, unfit=why), WHERE)
     assert (found.extrapolated, found.doubt) == (False, why)

@@ -13,7 +13,7 @@ from softmark.interpreter.planning.varied_quantities import Unwalkable, WalkedQu
 from softmark.interpreter.study.configurations.configuration_expansion import subject_of
 from softmark.interpreter.study.configurations.configuration_task import perform
 from softmark.interpreter.study.robustness.robustness_points import Ground
-from softmark.interpreter.validation.scene_checks import varied
+from softmark.interpreter.validation.scene_checks import apply_overrides
 
 BEAM = """
 param    L      = 178 mm in 100 mm .. 400 mm
@@ -99,7 +99,7 @@ def test_every_rung_reads_back_as_the_number_that_it_is(scene: Scene, name: str)
         for t in way.rungs:
             override = read_override(quantity.override(way.at(t)), [])
             assert override is not None
-            other, found = varied(scene, [override])
+            other, found = apply_overrides(scene, [override])
             if not any(d.severity == "error" for d in found):
                 assert value_in(other, name) == way.at(t)
 

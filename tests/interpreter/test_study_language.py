@@ -12,7 +12,7 @@ from softmark.interpreter.api.python_api import LoadedScene
 from softmark.interpreter.cli.main import main
 from softmark.interpreter.language.compiled_scene import Scene
 from softmark.interpreter.planning.sweep_expansion import override_of, value_in
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.interpreter.vocabulary.study_words import Sweep
 
 BEAM = """
@@ -73,11 +73,11 @@ def test_values_are_kept_as_texts_with_their_units(study: str, expected: list[st
     ],
 )
 def test_a_value_takes_its_place(target: str, value: str, expected: float) -> None:
-    from softmark.interpreter.validation.scene_checks import varied
+    from softmark.interpreter.validation.scene_checks import apply_overrides
 
     scene = scene_with(f"study s = sweep({target}, over = {value})")
     sweep: Sweep = scene.declared["s"].thing
-    other, diagnostics = varied(scene, [override_of(sweep, sweep.over[0])])
+    other, diagnostics = apply_overrides(scene, [override_of(sweep, sweep.over[0])])
     assert [d for d in diagnostics if d.severity == "error"] == []
     assert value_in(other, target) == pytest.approx(expected, rel=1e-15)
     assert value_in(scene, target) != pytest.approx(expected, rel=1e-3), "the scene itself stays as it is"
@@ -85,21 +85,21 @@ def test_a_value_takes_its_place(target: str, value: str, expected: float) -> No
 
 def test_a_sweep_of_a_copy_has_the_values_of_its_own_list() -> None:
     """Values that were found are known by their list's node, whose number may be that of another list in a copy."""
-    from softmark.interpreter.validation.scene_checks import varied
+    from softmark.interpreter.validation.scene_checks import apply_overrides
 
     scene = scene_with("study s = sweep(h, over = [10, 5] mm)\nstudy t = sweep(n, over = [2, 4])")
     assert scene.table is not None
     first, second = scene.table.listed
     known = scene.table.listed
     known[first], known[second] = known[second], known[first]
-    other, _ = varied(scene, [])
+    other, _ = apply_overrides(scene, [])
     assert [v.text for v in other.declared["s"].thing.over] == ["10 mm", "5 mm"]
     assert [v.text for v in other.declared["t"].thing.over] == ["2", "4"]
 
 
 def test_what_a_study_refers_to_is_used_and_a_study_need_not_be() -> None:
     def unused(text: str) -> list[str]:
-        found = checked(Source("<text>", text), Path(), None)[1]
+        found = load_scene(Source("<text>", text), Path(), None)[1]
         return [d.message for d in found if d.code == "W309"]
 
     assert unused(BEAM) == ["nothing uses the parameter `loose`"]
@@ -130,7 +130,7 @@ def test_an_override_of_the_command_line_changes_what_a_sweep_is_checked_against
 
 def test_several_wrong_values_are_told_at_once_each_at_its_place() -> None:
     text = BEAM + "study s = sweep(rod.segments, over = [1.5, 10, 0])"
-    found = [d for d in checked(Source("<text>", text), Path(), None)[1] if d.severity == "error"]
+    found = [d for d in load_scene(Source("<text>", text), Path(), None)[1] if d.severity == "error"]
     assert [(d.code, text[d.span.start : d.span.end]) for d in found if d.span] == [("E204", "1.5"), ("E301", "0")]
 
 

@@ -190,9 +190,9 @@ MOVING = SCENE + "analysis drop = dynamic(duration = 0.1 s, step = dt, integrato
 
 
 def resolved(text: str, model: str, *overrides: str) -> dict[str, Any]:
-    from softmark.interpreter.validation.scene_checks import varied
+    from softmark.interpreter.validation.scene_checks import apply_overrides
 
-    scene, _ = varied(softmark.loads(text).scene, read_overrides(overrides, []))
+    scene, _ = apply_overrides(softmark.loads(text).scene, read_overrides(overrides, []))
     return resolution_of(scene, model)
 
 

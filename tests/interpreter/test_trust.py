@@ -24,7 +24,7 @@ from softmark.interpreter.cli.main import main
 from softmark.interpreter.results import result_authentication
 from softmark.interpreter.study.run_cache import cache_folder
 from softmark.interpreter.study.workers.task_journal import Journal, JournalRefused
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.resource_limits import FACTOR, FLOOR, SHARE, available, limited_resources
 
 TESTS = Path(__file__).parents[1]
@@ -151,7 +151,7 @@ def test_dependencies_are_those_that_a_text_mentions() -> None:
     """What a change touches is found through them: test_varied_as_new.py compares with scenes that are read anew."""
     chain = ["param p0 = 1 mm", *(f"param p{i} = p{(i - 1) // 2} + p{i - 1}" for i in range(1, 40))]
     text = "\n".join([*chain, SCENE.partition("\n")[2].replace("length = 100 mm", "length = 100 mm + p39 / 1e12")])
-    scene, found = checked(Source("a.scene", text), Path(), None)
+    scene, found = load_scene(Source("a.scene", text), Path(), None)
     assert scene is not None, found
     assert scene.made is not None
     assert scene.made.needs["p39"] == {"p19", "p38"}
@@ -463,7 +463,7 @@ def test_a_folder_that_nobody_named_is_no_link(here: Path) -> None:
 
 def test_a_scene_names_no_command() -> None:
     text = SCENE + "model evil = outside(rm, hex8, size = 5 mm, strain = small)\n"
-    found = checked(Source("a.scene", text), Path(), None)[1]
+    found = load_scene(Source("a.scene", text), Path(), None)[1]
     assert any(d.severity == "error" and "rm" in d.message for d in found)
 
 
@@ -471,7 +471,7 @@ def test_a_scene_loads_no_plugin(tmp_path: Path) -> None:
     (tmp_path / "evil.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\nSOFTMARK = {{}}\n")
     for line in ('use "evil.py" as e', 'body evil = solid(mesh("evil.py", unit = 1 mm), gel)'):
         with chdir(tmp_path):
-            found = checked(Source("a.scene", f"{line}\n{SCENE.partition(chr(10))[2]}"), tmp_path, None)[1]
+            found = load_scene(Source("a.scene", f"{line}\n{SCENE.partition(chr(10))[2]}"), tmp_path, None)[1]
         assert any(d.severity == "error" for d in found)
     assert not (tmp_path / "ran").exists()
 

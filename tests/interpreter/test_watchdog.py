@@ -21,7 +21,7 @@ from softmark.interpreter.results import vtk_writer
 from softmark.interpreter.results.run_report import Report
 from softmark.interpreter.verification.error_estimate import is_doubt
 from softmark.solvers.independent_forces import solid_forces as formulas
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, split_law
 
 BEAM = """softmark 1
 scene "watched"
@@ -161,10 +161,10 @@ def test_pressures_that_are_none_are_refused(name: str, poisson: str, tampered: 
 
 def test_what_volumes_lack_is_looked_at_where_nothing_else_is_wrong() -> None:
     """A cube that swells without a change of shape, and no pressure: only the second equation says no."""
-    points, cells = formulas.places("hex8") * 0.5, np.arange(8)[None]
-    split = split_of(None, "small", 2.6, 0.3)
+    points, cells = formulas.node_positions("hex8") * 0.5, np.arange(8)[None]
+    split = split_law(None, "small", 2.6, 0.3)
     assert split is not None
-    body = Pressed(points, cells, "hex8", 0.1 * points, split, 1.0, np.zeros((1, 1)))
+    body = MixedBody(points, cells, "hex8", 0.1 * points, split, 1.0, np.zeros((1, 1)))
     inside, lacking, noise = body.forces()
     assert np.abs(inside).max() < 1e-15
     assert lacking == pytest.approx(0.3)  # mu / edge times int tr eps

@@ -19,7 +19,7 @@ import softmark
 from softmark.grammar.diagnostic import Source, render
 from softmark.grammar.parser import parse
 from softmark.interpreter.cli.main import main
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 
 FENCE = re.compile(
     r"^(?P<indent> *)(?P<fence>```+)(?P<info>[^`\n{][^`\n]*)\n(?P<body>.*?)^ *(?P=fence) *$", re.M | re.S
@@ -78,7 +78,7 @@ class Reader:
             text = file.read_text(encoding="utf-8") + text
         if name:
             file.write_text(text, encoding="utf-8")
-        _, found = checked(Source(file.name, text), self.folder, file if name else None)
+        _, found = load_scene(Source(file.name, text), self.folder, file if name else None)
         wanted = given.get("fails")
         assert wanted is None or wanted in [d.code for d in found], f"no {wanted}: {render(found, colour=False)}"
         others = [d for d in found if d.code != wanted]

@@ -23,7 +23,7 @@ from softmark.solvers.energies.rod_section import RodStiffness
 from softmark.solvers.energies.rod_state import RodSpace, chain_elements, rod_at_rest
 from softmark.solvers.energies.spring_energy import Springs
 from softmark.solvers.independent_forces import solid_forces
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, split_law
 from softmark.solvers.independent_forces.rod_forces import CheckedRod, exponential, left_jacobian, rotation_vector
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress
 from softmark.solvers.materials import MATERIALS, NeoHookean, law_for, mixed_for, parts_for
@@ -56,7 +56,7 @@ def bent(mesh: Mesh) -> np.ndarray:
 @pytest.mark.parametrize("kind", [*CELLS])
 def test_shape_functions_are_those_of_the_elements(kind: str) -> None:
     xi = np.random.default_rng(0).random((5, 3)) / 3.0
-    assert solid_forces.places(kind) == pytest.approx(CELLS[kind].places())
+    assert solid_forces.node_positions(kind) == pytest.approx(CELLS[kind].places())
     assert solid_forces.shape(kind, xi) == pytest.approx(CELLS[kind].shape(xi), abs=1e-13)
     assert solid_forces.slope(kind, xi) == pytest.approx(CELLS[kind].gradient(xi), abs=1e-13)
     (own, w), (known, v) = (
@@ -122,11 +122,11 @@ LAWS = [(n, "finite") for n in MATERIALS if mixed_for(made(n, 1.0, 0.3), "finite
 LAWS += [("neo_hookean", "small"), ("neo_hookean", "corotational")]
 
 
-def pressed(mesh: Mesh, u: np.ndarray, law: str, strain: str, nu: float, own: np.ndarray | None) -> Pressed:
+def pressed(mesh: Mesh, u: np.ndarray, law: str, strain: str, nu: float, own: np.ndarray | None) -> MixedBody:
     material = made(law, 1.0, nu)
-    split = split_of(material, strain, 1.0, nu)
+    split = split_law(material, strain, 1.0, nu)
     assert split is not None
-    return Pressed(mesh.points, mesh.cells, mesh.kind, u, split, 0.5 / (1.0 + nu), own)
+    return MixedBody(mesh.points, mesh.cells, mesh.kind, u, split, 0.5 / (1.0 + nu), own)
 
 
 @pytest.mark.parametrize(("law", "strain"), LAWS)
@@ -184,7 +184,7 @@ def test_forces_are_the_slope_of_an_energy_written_anew(law: str, strain: str, m
 
     M is the modulus that the documentation states: lam = 1.5 mu at nu = 0.3, less the mu / 3 that stays.
     """
-    X = 0.5 * solid_forces.places("hex8")
+    X = 0.5 * solid_forces.node_positions("hex8")
     points = np.concatenate([X, X[4:] + np.array([0.1, 0.0, 1.1])])
     cells = np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])
     K = 1.0 / (3.0 * 0.4) if strain != "finite" else (1.5 - 1.0 / 3.0) / 2.6
@@ -214,7 +214,7 @@ def test_forces_are_the_slope_of_an_energy_written_anew(law: str, strain: str, m
 
 
 def test_a_material_of_which_no_formula_is_known_is_left_alone() -> None:
-    assert split_of(object(), "finite", 1.0, 0.3) is None
+    assert split_law(object(), "finite", 1.0, 0.3) is None
 
 
 def test_pressure_on_the_deformed_surface(mesh: Mesh) -> None:
@@ -243,7 +243,7 @@ def test_springs(mesh: Mesh) -> None:
 
 
 def test_cells_inside_out_are_seen_at_their_nodes_too() -> None:
-    points = solid_forces.places("hex8") * 0.5
+    points = solid_forces.node_positions("hex8") * 0.5
     u = np.zeros((8, 3))
     u[6] = -0.4  # towards the middle: det F is positive at the eight Gauss points and not at the corner
     mesh = Mesh(points, np.arange(8)[None], "hex8")

@@ -10,7 +10,7 @@ from softmark.solvers.assembly.single_precision import SingleAssembly
 from softmark.solvers.contact.contact_surface import build_contact_surface, number_mesh_pieces
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import VectorSpace
-from softmark.solvers.independent_forces.self_intersection import crossings
+from softmark.solvers.independent_forces.self_intersection import find_intersections
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.disjoint_shapes import Apart
@@ -125,7 +125,7 @@ def test_patch(kind, parts):
     assert abs(stress / stress.mean() - 1.0).max() < 0.005
     assert g[lid].sum() == pytest.approx(-g[floor].sum(), rel=1e-9)
     skin = e.skin
-    assert len(crossings(skin.places(found.x)[: skin.corners], skin.faces)) == 0
+    assert len(find_intersections(skin.places(found.x)[: skin.corners], skin.faces)) == 0
     assert 0.0 < e.least(found.x) < GAP
 
 
@@ -154,13 +154,13 @@ def test_crossings():
     t = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     through = np.array([[0.2, 0.2, -1.0], [0.2, 0.2, 1.0], [0.3, 0.9, 1.0]])
     faces = np.arange(6).reshape(2, 3)
-    assert len(crossings(np.concatenate([t, through]), faces)) == 1
+    assert len(find_intersections(np.concatenate([t, through]), faces)) == 1
     for away in ([0.0, 0.0, 1.5], [2.0, 0.0, 0.0]):
-        assert len(crossings(np.concatenate([t, through + np.array(away)]), faces)) == 0
+        assert len(find_intersections(np.concatenate([t, through + np.array(away)]), faces)) == 0
     lines = np.array([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]])
-    assert len(crossings(lines, np.array([[0, 1], [2, 3]]))) == 1
+    assert len(find_intersections(lines, np.array([[0, 1], [2, 3]]))) == 1
     lines[2:, 0] += 1.0
-    assert len(crossings(lines, np.array([[0, 1], [2, 3]]))) == 0
+    assert len(find_intersections(lines, np.array([[0, 1], [2, 3]]))) == 0
 
 
 @pytest.mark.parametrize("kind", ["quad8", "tri6"])

@@ -9,14 +9,14 @@ import pytest
 
 from softmark.solvers.elements.boundary_facets import FACETS
 from softmark.solvers.independent_forces import rigid_contact_forces, solid_forces
-from softmark.solvers.independent_forces.penetration_depth import deepest
+from softmark.solvers.independent_forces.penetration_depth import find_deepest_point
 
 FLAT = np.array([[(-2.0, -1.5, 0.0), (2.5, -1.5, 0.0), (0.0, 3.0, 0.0)]])
 O, Z = np.zeros(3), np.array([0.0, 0.0, 1.0])
 BODIES = {
     "ball": rigid_contact_forces.ball(np.array([0.3, 0.1, 0.9]), 1.0),
     "box": rigid_contact_forces.box(np.array([-0.3, -0.3, -0.2]), np.array([0.3, 0.3, 1.0])),
-    "cone": rigid_contact_forces.turned(
+    "cone": rigid_contact_forces.revolved(
         rigid_contact_forces.polygon([(0.0, -0.25), (1.0, 1.0), (0.0, 1.0)], mirrored=True), O, Z
     ),
     "half_space": rigid_contact_forces.half_space(-0.5 * Z, np.array([0.0, 0.6, -0.8])),
@@ -27,7 +27,7 @@ BODIES = {
 def cut(body: str, X: np.ndarray, convex: bool = True) -> tuple[float, np.ndarray]:
     kind = FACETS[X.shape[1]]
     triangles = np.array(kind.rim)[np.array(kind.halves)]
-    return deepest(BODIES[body], X, partial(solid_forces.shape, X.shape[1]), triangles, convex)
+    return find_deepest_point(BODIES[body], X, partial(solid_forces.shape, X.shape[1]), triangles, convex)
 
 
 @pytest.mark.parametrize(("body", "depth", "within"), [
@@ -59,7 +59,7 @@ def test_nothing_is_deeper_on_a_dense_lattice(body: str, nodes: int) -> None:
 
 def test_what_lies_flat_on_a_surface_does_not_cut() -> None:
     """A billionth above it: nothing is halved, and nothing is found."""
-    found, place = deepest(rigid_contact_forces.half_space(O, Z), FLAT + 1e-9, partial(solid_forces.shape, 3),
+    found, place = find_deepest_point(rigid_contact_forces.half_space(O, Z), FLAT + 1e-9, partial(solid_forces.shape, 3),
                            np.array(FACETS[3].rim)[np.array(FACETS[3].halves)], True)  # fmt: skip
     assert found == 0.0
     assert np.isnan(place).all()

@@ -120,19 +120,19 @@ def test_other_formulas_agree(name: str) -> None:
     """
     law, F = LAWS[name], gradients()
     if isinstance(law, Active):
-        pull = checks.pull_of(np.array([law.tension]), np.array([law.fibres]))(F)
+        pull = checks.active_stress(np.array([law.tension]), np.array([law.fibres]))(F)
         close(law.within.P(F) + pull, law.P(F), 1e-12)
         return
     if isinstance(law, ActiveStrain):
-        again = checks.shortened(law.within.psi, np.array([law.shortening]), np.array([law.fibres]))
+        again = checks.energy_with_shortening(law.within.psi, np.array([law.shortening]), np.array([law.fibres]))
         close(EnergyStress(again)(F), law.P(F), 1e-10)
         return
     axes = law.frame.axes(np.float64)[..., 0][None]
     close(directed_stress(law, axes, law.bulk)(F), law.P(F), 1e-12)
-    P, error = EnergyStress(checks.energy_of(law, axes, law.bulk)).with_error(F)
+    P, error = EnergyStress(checks.energy_along_axes(law, axes, law.bulk)).with_error(F)
     close(P, law.P(F), 1e-10)
     assert (np.abs(P - law.P(F)).max(axis=(1, 2)) < 20.0 * error).all()
-    mixed, split = mixed_for(law, "finite"), checks.split_of(law, axes)
+    mixed, split = mixed_for(law, "finite"), checks.split_off_pressure(law, axes)
     assert mixed is not None
     close(split.shape(F), mixed.shape.P(F), 1e-10)
     close(split.dg(F), mixed.constraint.gradient(F), 1e-14)

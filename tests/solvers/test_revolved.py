@@ -16,7 +16,7 @@ from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.energy import Energy, Floats
 from softmark.solvers.energies.mixed_displacement_pressure import MeanDilatation, MixedSolid
 from softmark.solvers.independent_forces import solid_forces
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, split_law
 from softmark.solvers.materials import MATERIALS, law_for, mixed_for
 from softmark.solvers.materials.neo_hookean import NeoHookean
 from softmark.solvers.mesh.element_interpolation import integrate_cells
@@ -154,19 +154,19 @@ def test_derivatives_with_pressures(strain: str) -> None:
 @pytest.mark.parametrize("strain", ["small", "corotational", "finite"])
 def test_forces_with_pressures_found_again(kind: str, strain: str) -> None:
     """By the formulas of the checks: nodal forces, and what the volumes of whole rings lack."""
-    split = split_of(GEL, strain, GEL.young, GEL.poisson)
+    split = split_law(GEL, strain, GEL.young, GEL.poisson)
     assert split is not None
     energy, points = held(kind, strain, mixed=True)
     x = np.concatenate([bent(points), 0.1 * np.sin(np.arange(energy.dofs - points.size))])
     p = energy.unit * x[energy.pressures]
-    body = Pressed(points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, p, DEPTH)
+    body = MixedBody(points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, p, DEPTH)
     f, lacking, _ = body.forces()
     g = gradient(energy, x)
     assert f.ravel() == pytest.approx(g[: points.size], rel=0, abs=1e-12 * np.abs(f).max())
     assert lacking == pytest.approx(np.linalg.norm(g[points.size :]), rel=0.3)  # of other units: mean cells differ
     if kind == "hex8":
         means, _ = held(kind, strain)
-        alone = Pressed(points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, None, DEPTH)
+        alone = MixedBody(points, energy.cells, kind, bent(points).reshape(-1, 3), split, GEL.shear_modulus, None, DEPTH)
         assert alone.forces()[0].ravel() == pytest.approx(
             gradient(means, bent(points)), rel=0, abs=1e-12 * np.abs(f).max()
         )

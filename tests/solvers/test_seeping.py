@@ -12,7 +12,7 @@ from softmark.solvers.assembly.assembly import Assembly
 from softmark.solvers.assembly.taylor_hood import seeping
 from softmark.solvers.energies.energy import Floats
 from softmark.solvers.energies.poroelastic import PoreFluid, PoroelasticSolid
-from softmark.solvers.independent_forces.poroelastic_equations import Soaked
+from softmark.solvers.independent_forces.poroelastic_equations import PoroelasticBody
 from softmark.solvers.materials import law_for
 from softmark.solvers.materials.biphasic import Biphasic
 from softmark.solvers.materials.neo_hookean import NeoHookean
@@ -70,7 +70,7 @@ def test_the_checks_find_the_same_in_the_deformed_body(kind: str, turns: bool) -
     mesh, energy = made(kind, turns)
     x = state(energy)
     u = x[: 3 * energy.nodes].reshape(-1, 3)
-    own = Soaked(mesh.points, mesh.cells, kind, -energy.unit * x[energy.pressures],
+    own = PoroelasticBody(mesh.points, mesh.cells, kind, -energy.unit * x[energy.pressures],
                  GEL.permeable if turns else lambda J: np.full_like(J, GEL.permeability), not turns)  # fmt: skip
     count = energy.pressures.shape[1]
     corners = np.zeros(energy.dofs - 3 * energy.nodes, dtype=np.int64)

@@ -107,14 +107,14 @@ def test_forces_by_other_formulas(kind, depth):
     since, _, _ = energy.settled(x)
     V, which = skin.places(x), np.flatnonzero(since.n.any(axis=1))
     p, X = V[skin.corners + which], V[: skin.corners]
-    pairs = again.near(p, X, skin.faces, c.distance)
+    pairs = again.find_candidate_pairs(p, X, skin.faces, c.distance)
     pairs = pairs[skin.patch[skin.corners + which[pairs[:, 0]]] != skin.patch[skin.faces[pairs[:, 1], 0]]]
     area = 0.5 * skin.A[which]
-    f = area[:, None] * again.pressures(p, X, skin.faces, pairs, c.distance, c.stiffness)
+    f = area[:, None] * again.contact_pressures(p, X, skin.faces, pairs, c.distance, c.stiffness)
     known = -c.forces(x)[skin.corners + which]
     np.testing.assert_allclose(f, known, atol=1e-9 * np.abs(known).max())
     most = MU * np.abs((again.normals(X[skin.faces[skin.own[which]]]) * f).sum(axis=1))
-    rubs, on = again.rubbed(p, X, skin.faces, pairs, (area * energy.spring)[:, None] * since.s[which], most)
+    rubs, on = again.friction_forces(p, X, skin.faces, pairs, (area * energy.spring)[:, None] * since.s[which], most)
     each = np.zeros_like(V)
     each[: skin.corners], each[skin.corners + which] = on, rubs
     known = gradient(energy, x) - gradient(c, x)

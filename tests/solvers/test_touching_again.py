@@ -80,7 +80,7 @@ def test_a_motion_by_quaternions_is_that_of_rodrigues() -> None:
     gap = gap_of(shape)
     assert gap is not None
     mine, normal, _ = MovedGap(gap, RigidMotion(shift, tuple(w.tolist()), about)).look(x)
-    g, n = rigid_contact_forces.carried(_distance(shape), np.array(shift), w, np.array(about))(x)
+    g, n = rigid_contact_forces.moved(_distance(shape), np.array(shift), w, np.array(about))(x)
     out = mine > 1e-6
     assert g[out] == pytest.approx(mine[out], abs=1e-13)
     assert n[out] == pytest.approx(normal[out], abs=1e-9)
@@ -98,7 +98,7 @@ def test_the_law_of_the_gap_is_written_again() -> None:
 def test_areas_of_nodes_are_those_of_linear_shape_functions(depth: float) -> None:
     points, triangles = Cylinder(1.0, 0.5, (0.0, 1.0, 0.0)).surface(0.4)
     nodes, areas = node_areas(np.abs(points), triangles, ((0, 1, 2),), depth)
-    again = rigid_contact_forces.shares(np.abs(points), triangles, depth)
+    again = rigid_contact_forces.nodal_areas(np.abs(points), triangles, depth)
     assert again[nodes] == pytest.approx(areas, rel=1e-11)
 
 

@@ -17,7 +17,7 @@ from softmark.solvers.dynamics.viscoelastic_step import Remembering
 from softmark.solvers.energies.elastic_energy import Elastic
 from softmark.solvers.energies.external_loads import DeadForces
 from softmark.solvers.energies.viscoelastic_memory import BodyHistory, ViscoelasticHistory, decay_factors
-from softmark.solvers.independent_forces.hereditary_integral import Course, weights
+from softmark.solvers.independent_forces.hereditary_integral import DisplacementHistory, remaining_fractions
 from softmark.solvers.materials.corotational import Corotational
 from softmark.solvers.materials.maxwell_branch_energy import of_first
 from softmark.solvers.materials.neo_hookean import NeoHookean
@@ -249,7 +249,7 @@ def test_what_is_strained_at_once_stores_its_energy_and_loses_it_while_it_is_hel
 def test_the_integral_over_the_past_weighs_short_steps_as_exactly_as_long_ones() -> None:
     """g (1 - exp(-z)) / z = g (1 - z/2 + z^2/6) of the last step, whose z was a difference of exponentials."""
     for z in (1e-12, 2e-8, 1e-6):
-        found = weights([1.0, 1.0 + z], np.array([0.5]), np.array([1.0]))
+        found = remaining_fractions([1.0, 1.0 + z], np.array([0.5]), np.array([1.0]))
         z = (1.0 + z) - 1.0
         assert found[-1] == pytest.approx(0.5 * (1.0 - z / 2.0 + z * z / 6.0), rel=1e-14)
 
@@ -266,13 +266,13 @@ def test_the_integral_over_the_past_finds_the_same_stress_without_a_recursion(me
         memory = memory.accepted(x, h)
         states.append(x.reshape(-1, 3))
         times.append(t)
-    held = Course(times, states, law.P, G, TAU, word).held(mesh.points, mesh.cells, "hex8")
+    held = DisplacementHistory(times, states, law.P, G, TAU, word).held(mesh.points, mesh.cells, "hex8")
     own = memory.H.sum(axis=0)
     order = np.argsort(np.linalg.norm(own, axis=(1, 2))), np.argsort(np.linalg.norm(held, axis=(1, 2)))
     np.testing.assert_allclose(own[order[0]], held[order[1]], rtol=1e-10, atol=1e-12)
     F, H = np.eye(3) + rng.normal(0.0, 0.2, (5, 3, 3)), rng.normal(0.0, 1.0, (5, 3, 3))
     H = H + H.swapaxes(1, 2)
-    pulled = Course(times, states, law.P, G, TAU, word).pulled(F, H)
+    pulled = DisplacementHistory(times, states, law.P, G, TAU, word).pulled(F, H)
     np.testing.assert_allclose(measure.pulled(F, H), pulled, atol=1e-11)
 
 

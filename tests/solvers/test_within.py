@@ -45,12 +45,12 @@ RIGID: dict[str, Any] = {
 )
 def test_a_point_is_in_a_box_or_not(place: tuple[float, float, float], inside: bool) -> None:
     points, triangles = BLOCK.surface(0.7)
-    assert point_in_deformed_body.in_space(np.array(place), points[triangles]) is inside
+    assert point_in_deformed_body.is_inside_volume(np.array(place), points[triangles]) is inside
 
 
 def test_what_is_in_a_hollow_is_not_in_the_matter_around_it() -> None:
     points, triangles = SphericalShell(1.0, 0.5).surface(0.2)
-    found = [point_in_deformed_body.in_space(np.array([r, 0.03, 0.02]), points[triangles]) for r in (0.1, 0.7, 1.2)]
+    found = [point_in_deformed_body.is_inside_volume(np.array([r, 0.03, 0.02]), points[triangles]) for r in (0.1, 0.7, 1.2)]
     assert found == [False, True, False]
 
 
@@ -71,12 +71,12 @@ def test_what_is_in_a_hollow_is_not_in_the_matter_around_it() -> None:
 )
 def test_a_point_is_in_a_section_or_not(place: tuple[float, float], inside: bool, turn: int) -> None:
     """Of either orientation: the face of a slice that is looked at has the one or the other."""
-    assert point_in_deformed_body.in_plane(np.array(place), SQUARE[:, ::turn]) is inside
+    assert point_in_deformed_body.is_inside_region(np.array(place), SQUARE[:, ::turn]) is inside
 
 
 def test_what_is_between_the_parts_of_a_section_is_not_in_it() -> None:
     two = np.concatenate([SQUARE, SQUARE + np.array([3.0, 0.0])])
-    assert [point_in_deformed_body.in_plane(np.array([x, 1.0]), two) for x in (1.0, 2.5, 4.0)] == [True, False, True]
+    assert [point_in_deformed_body.is_inside_region(np.array([x, 1.0]), two) for x in (1.0, 2.5, 4.0)] == [True, False, True]
 
 
 @pytest.mark.parametrize("plane", [False, True])
@@ -85,7 +85,7 @@ def test_places_on_a_rigid_body_are_on_it(name: str, plane: bool) -> None:
     """By the distance that solves: to rounding, and to 1e-3 of its size where a plane cuts it aslant; on all sides."""
     shape = RIGID[name]
     low, high = map(np.array, shape.bounds)
-    places, gap = point_in_deformed_body.skin(_distance(shape), low, high, plane), gap_of(shape)
+    places, gap = point_in_deformed_body.sample_surface(_distance(shape), low, high, plane), gap_of(shape)
     assert gap is not None
     aslant = plane and name in ("shell", "tube that leans")  # the shell has its middle beside the plane
     assert np.abs(gap.gap(places)).max() <= (1e-3 * np.linalg.norm(high - low) if aslant else 1e-12)

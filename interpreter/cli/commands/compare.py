@@ -150,7 +150,7 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubje
     """The scenes, each with a short name of its own; None, and what is wrong is shown, where one is in error."""
     from softmark.interpreter.cli.commands.scene_arguments import load, show
     from softmark.interpreter.study.configurations.configuration_expansion import subject_of
-    from softmark.interpreter.validation.requested_names import concerning
+    from softmark.interpreter.validation.requested_names import without_unrequested_warnings
 
     found: list[SceneSubject] = []
     sound = True
@@ -161,7 +161,7 @@ def _subjects(parsed: argparse.Namespace, progress: Progress) -> list[SceneSubje
             show(diagnostics)
             sound = False
         else:
-            warn(concerning(scene, tuple(parsed.model), diagnostics))
+            warn(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
             found.append(subject_of(scene, [s.name for s in found]))
     return found if sound else None
 

@@ -24,7 +24,7 @@ OF_OTHERS = ("mass", "linear", "cap", "start", "factorisation", "precision")  # 
 def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[Diagnostic]]:
     """A scene as `load` gives it, with models of other programs. Names are not checked here."""
     from softmark.interpreter.cli.commands.scene_arguments import Unread, load, read_scene
-    from softmark.interpreter.validation.scene_loader import checked
+    from softmark.interpreter.validation.scene_loader import load_scene
 
     scene, diagnostics = load(name)
     if scene is None or not programs:
@@ -36,7 +36,7 @@ def with_others(name: str, programs: Sequence[str]) -> tuple[Scene | None, list[
     lines = added(source, scene, programs)
     while lines:
         text = source.text.rstrip() + "\n\n# also\n" + "\n".join(lines) + "\n"
-        found, said = checked(Source(source.name, text), folder, file)
+        found, said = load_scene(Source(source.name, text), folder, file)
         if found is not None:
             return found, diagnostics
         first = text.count("\n") - len(lines) + 1

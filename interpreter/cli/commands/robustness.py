@@ -62,14 +62,14 @@ def run(parsed: argparse.Namespace) -> int:
 def _stress(parsed: argparse.Namespace, progress: Progress) -> int:
     from softmark.interpreter.cli.commands.scene_arguments import load, show
     from softmark.interpreter.study.configurations.configuration_expansion import subject_of
-    from softmark.interpreter.validation.requested_names import concerning
+    from softmark.interpreter.validation.requested_names import without_unrequested_warnings
 
     scene, diagnostics = load(parsed.file, parsed.overrides, parsed.model, parsed.plugins)
     progress.clear()
     if scene is None:
         show(diagnostics)
         return 2
-    warn(concerning(scene, tuple(parsed.model), diagnostics))
+    warn(without_unrequested_warnings(scene, tuple(parsed.model), diagnostics))
     for name, model in scene.of_kind("model").items():
         if model.thing.unwalked and (not parsed.model or name in parsed.model):
             print(visible(f"left out: model `{name}`: {model.thing.unwalked}"), file=sys.stderr)

@@ -41,13 +41,13 @@ def load(
     name: str, overrides: Sequence[str] = (), only: Sequence[str] = (), plugins: Sequence[str] = ()
 ) -> tuple[Scene | None, list[Diagnostic]]:
     """The checked scene, None if it has errors, and all diagnostics; `only` are the models that are asked for."""
-    from softmark.interpreter.validation.scene_loader import checked
+    from softmark.interpreter.validation.scene_loader import load_scene
 
     try:
         source, folder, file = read_scene(name)
     except Unread as unread:
         return None, [unread.diagnostic]
-    return checked(source, folder, file, overrides, only, plugins)
+    return load_scene(source, folder, file, overrides, only, plugins)
 
 
 def coloured() -> bool:

@@ -85,12 +85,12 @@ def _source(plugin: Plugin) -> Source:
 
 def _said(source: Source, plugin: Plugin, one: str, breach: Breach) -> Diagnostic:
     """At the class, or else at the top of the file."""
-    from softmark.interpreter.validation.plugin_loader import Read
+    from softmark.interpreter.validation.plugin_loader import PluginSource
 
     kind, _, name = one.partition(" ")
     cls = plugin.words.get(kind, {}).get(name)
     classes = [n for n in ast.parse(source.text).body if isinstance(n, ast.ClassDef) and cls and n.name == cls.__name__]
     code, verb = ("W732", "was not tried") if breach.untried else ("E732", "breaks a contract")
-    read = Read(plugin.asked, source, plugin.file, "")
+    read = PluginSource(plugin.asked, source, plugin.file, "")
     line = classes[0].lineno if classes else 1
     return replace(read.doubt(code, "", line, one, breach.remedy), message=f"`{one}` {verb}: {breach.what}")

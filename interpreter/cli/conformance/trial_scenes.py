@@ -21,7 +21,7 @@ from softmark.interpreter.language.field_schema import Constructor
 from softmark.interpreter.language.plugin_words import find_faulty_plugin, format_exception
 from softmark.interpreter.problem.body_case import Fault, case_for, case_of
 from softmark.interpreter.results.state_results import ANSWERED, LEFT_OUT
-from softmark.interpreter.validation.scene_loader import checked
+from softmark.interpreter.validation.scene_loader import load_scene
 from softmark.records import dataclass
 
 GEL = "neo_hookean(young = 60 kPa, poisson = 0.3, density = 1000 kg/m^3)"
@@ -74,7 +74,7 @@ class Trial:
 
     def _checked(self, lines: str) -> tuple[Scene | None, list[Diagnostic]]:
         source = Source("contract", f'softmark 1\nscene "contract"\n{lines}')
-        scene, found = checked(source, self.folder, self.folder / "contract.scene", plugins=self.plugins)
+        scene, found = load_scene(source, self.folder, self.folder / "contract.scene", plugins=self.plugins)
         return scene, [d for d in found if d.severity == "error"]
 
 

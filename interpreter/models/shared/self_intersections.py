@@ -19,7 +19,7 @@ def crossings(beds: Mapping[str, Any], x: Floats) -> dict[str, dict[str, int]]:
 
     found = {}
     for name in (name for name, bed in beds.items() if isinstance(bed, DynamicPatternEnergy)):
-        from softmark.solvers.independent_forces.self_intersection import crossings as passing
+        from softmark.solvers.independent_forces.self_intersection import find_intersections as passing
 
         skin = beds[name].skin
         found[name] = len(passing(skin.places(x)[: skin.corners], skin.faces))

@@ -29,7 +29,7 @@ from softmark.interpreter.study.configurations.configuration_keys import key_of,
 from softmark.interpreter.study.configurations.configuration_task import told
 from softmark.interpreter.study.configurations.task_outcome import PointTask
 from softmark.interpreter.validation.requested_names import at_name, unknown_models
-from softmark.interpreter.validation.scene_checks import varied
+from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.interpreter.vocabulary.study_words import Stability, Sweep
 from softmark.records import dataclass
 
@@ -217,7 +217,7 @@ def _known_names(subject: SceneSubject, asked: Additions) -> None:
 def _wrong_values(scene: Scene, vary: Vary) -> Iterator[Diagnostic]:
     """The first error at each value of a variation; one for all values where it is at their name."""
     for override in vary.values:
-        errors = (d for d in varied(scene, [override])[1] if d.severity == "error")
+        errors = (d for d in apply_overrides(scene, [override])[1] if d.severity == "error")
         own = next((d for d in errors if d.source is override.place.source), None)
         if own is not None:
             yield own
@@ -276,7 +276,7 @@ def _members(subject: SceneSubject, family: _Family) -> Iterator[Configuration]:
     for step in family.steps:
         scene, reason = subject.scene, None
         if step:
-            scene, diagnostics = varied(subject.scene, step)
+            scene, diagnostics = apply_overrides(subject.scene, step)
             reason = next((told([d]) for d in diagnostics if d.severity == "error"), None)
         values = {o.name: o.text.partition("=")[2] for o in step}
         for model in family.models:

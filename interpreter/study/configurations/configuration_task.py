@@ -32,7 +32,7 @@ from softmark.interpreter.study.configurations.task_outcome import (
     Truth,
     TruthAsked,
 )
-from softmark.interpreter.validation.requested_names import needed
+from softmark.interpreter.validation.requested_names import needed_models
 
 if TYPE_CHECKING:
     from softmark.interpreter.results.run_report import ModelResult, ProbeResult, ReferenceResult, Report, Warned
@@ -117,7 +117,7 @@ def scene_of(task: PointTask) -> tuple[Scene, list[Diagnostic]]:
     source, file = Source(task.shown, task.text), Path(task.file) if task.file else None
     scene, found = compile_source(source, Path(task.folder), file, task.overrides, task.plugins)
     if not any(d.severity == "error" for d in found):
-        scene = replace(scene, chosen=needed(scene, task.models))
+        scene = replace(scene, chosen=needed_models(scene, task.models))
         found += check(scene)
     if errors := [d for d in found if d.severity == "error" and not _of_another(scene, task, d)]:
         raise SceneError(errors)

@@ -18,7 +18,7 @@ from softmark.interpreter.study.configurations.task_outcome import PointTask, Tr
 from softmark.interpreter.study.robustness.point_classification import ABOUT_REFERENCES
 from softmark.interpreter.study.robustness.reference_trust import theory_of
 from softmark.interpreter.study.robustness.robustness_record import Classified
-from softmark.interpreter.validation.scene_checks import varied
+from softmark.interpreter.validation.scene_checks import apply_overrides
 from softmark.records import dataclass
 
 COMPILING = 600.0  # CPU s that the first point of a model may take: kernels are compiled in it
@@ -66,7 +66,7 @@ class Ground:
 
     def _made(self, values: Values) -> Site:
         given = [parameter_overrides.read_override(self.quantity(n).override(v), []) for n, v in values]
-        scene, found = varied(self.subject.scene, [o for o in given if o is not None])
+        scene, found = apply_overrides(self.subject.scene, [o for o in given if o is not None])
         errors = tuple(d for d in found if d.severity == "error")
         if self.asked.against not in scene.declared:
             return Site(scene, errors)

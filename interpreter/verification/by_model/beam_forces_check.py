@@ -30,7 +30,7 @@ from softmark.interpreter.vocabulary.load_words import (
 )
 from softmark.records import dataclass
 from softmark.solvers.independent_forces import solid_forces
-from softmark.solvers.independent_forces.rod_forces import CheckedRod, frames
+from softmark.solvers.independent_forces.rod_forces import CheckedRod, frames_from_arms
 from softmark.solvers.independent_forces.solid_forces import Floats, ForceBalance
 from softmark.solvers.mesh.shape import Prism, Section, Swept
 
@@ -206,7 +206,7 @@ def deformed(X: Floats, across: Floats, arm: float, displacement: Any) -> tuple[
     beside = X[:, None] + arm * across
     x = X + displacement(X)
     tips = (beside + displacement(beside.reshape(-1, 3)).reshape(beside.shape)) - x[:, None]
-    return x, frames(tips, np.full(2, arm))
+    return x, frames_from_arms(tips, np.full(2, arm))
 
 
 def hats(s: Floats, low: float, high: float, size: Callable[[float], float] = lambda s: 1.0) -> Floats:

@@ -22,7 +22,7 @@ from softmark.interpreter.verification.unverified_models import Unchecked
 from softmark.records import dataclass
 from softmark.solvers.elements import CELLS
 from softmark.solvers.independent_forces import solid_forces
-from softmark.solvers.independent_forces.mixed_formulation_forces import Pressed, split_of
+from softmark.solvers.independent_forces.mixed_formulation_forces import MixedBody, split_law
 from softmark.solvers.independent_forces.solid_forces import CheckedBody, Floats, ForceBalance, StressTerm
 from softmark.solvers.independent_forces.stress_by_differences import EnergyStress, FreeFaces
 
@@ -212,7 +212,7 @@ def _near(chosen: Any, mesh: Moved) -> Any:
     return mask[mesh.cells].any(axis=1)
 
 
-def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pressed:
+def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> MixedBody:
     """The solid of a formulation with pressures, deformed: of `which` cells, of one material. Raises Unchecked."""
     u, own = np.asarray(mesh.displacement, dtype=np.float64), None
     if model.formulation == "mixed":
@@ -230,20 +230,20 @@ def pressed(model: Fem, case: Case, mesh: Moved, which: Any = slice(None)) -> Pr
         return fiber_directions_check.pressed_of(case, *body, own, rules)
     material = getattr(material, "law", material)  # of what relaxes, that which it is at once
     E, nu = material.young, material.poisson
-    split, mu = split_of(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
+    split, mu = split_law(material, model.strain, E, nu), E / (2.0 * (1.0 + nu))
     if split is None:
         raise Unchecked(f"a {type(case.material).__name__} does not come apart into shape and volume")
     if case.uniform:
-        return Pressed(*body, split, mu, own, case.depth)
+        return MixedBody(*body, split, mu, own, case.depth)
     from softmark.interpreter.verification.heterogeneous_constants_check import constants_of
-    from softmark.solvers.independent_forces.heterogeneous_forces import VaryingPressed
-    from softmark.solvers.independent_forces.heterogeneous_forces import pressed as varying
+    from softmark.solvers.independent_forces.heterogeneous_forces import HeterogeneousMixedBody
+    from softmark.solvers.independent_forces.heterogeneous_forces import split_at_points as varying
 
     constants = constants_of(case)
     E, nu = constants(mesh.points[mesh.cells[which]].mean(axis=1))
     mu = float((E / (2.0 * (1.0 + nu))).max(initial=0.0))
     apart = varying(material, model.strain, constants)
-    return VaryingPressed(*body, split, mu, own, case.depth, rules, apart=apart)
+    return HeterogeneousMixedBody(*body, split, mu, own, case.depth, rules, apart=apart)
 
 
 def checked_body(
@@ -267,15 +267,15 @@ def checked_body(
     from softmark.solvers.independent_forces import heterogeneous_forces
 
     strain = "small" if turned else model.strain
-    own = heterogeneous_forces.terms(case.plain.material, strain, model.integration == "selective")
+    own = heterogeneous_forces.stress_terms(case.plain.material, strain, model.integration == "selective")
     if model.integration not in ("full", "selective") or own is None:
         raise Unchecked(f"there is no other formula for a {type(case.material).__name__} whose constants vary")
     if case.material.thin:
-        own = tuple(heterogeneous_forces.relaxed(term) for term in own)
+        own = tuple(heterogeneous_forces.plane_stress_term(term) for term in own)
     constants = constants_of(case)
-    mu, lam = heterogeneous_forces.moduli(*constants(points[cells].reshape(-1, 3)))
+    mu, lam = heterogeneous_forces.lame_moduli(*constants(points[cells].reshape(-1, 3)))
     stiff = float((6.0 * mu + 9.0 * np.abs(lam)).max(initial=0.0))
-    return heterogeneous_forces.VaryingBody(
+    return heterogeneous_forces.HeterogeneousBody(
         points, cells, kind, u, own, stiff, turned, case.depth, rules, constants=constants
     )
 
